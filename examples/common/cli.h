@@ -1,0 +1,97 @@
+/* cli.h - command lines of the example programs, described by a table.
+ *
+ *   struct cli_common common = cli_common_defaults();
+ *   double period = 3.0;
+ *   const struct cli_option options[] = {
+ *       {.name = "period", .type = CLI_DOUBLE, .destination = &period, .value = "T",
+ *        .help = "period of the flow", .minimum = 0.01, .maximum = 100.0},
+ *   };
+ *   const struct cli_program program = {.name = "leveque", .summary = "...", .common = &common,
+ *                                       .options = options, .option_count = 1};
+ *   int status = cli_parse(&program, argc, argv);
+ *   if (status != CLI_GO_ON) return status;
+ *
+ * Accepted: `--name value`, `--name=value`, flags without a value, `--` (everything after it is positional). Numbers
+ * must be the whole token, finite and in range. A value may begin with '-' (negative numbers, "-" for stdout). */
+#ifndef EXAMPLES_COMMON_CLI_H
+#define EXAMPLES_COMMON_CLI_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum cli_type {
+    CLI_FLAG,   /* bool *          no value: sets true */
+    CLI_INT,    /* int *           decimal integer */
+    CLI_UINT64, /* uint64_t *      decimal, or 0x hexadecimal */
+    CLI_FLOAT,  /* float * */
+    CLI_DOUBLE, /* double * */
+    CLI_FLOAT3, /* float[3]        "x,y,z" in one token; the range holds for each */
+    CLI_STRING, /* const char **   points into argv; an empty string is refused */
+    CLI_CHOICE  /* const char **   one of `choices`, "a|b|c"; points into argv */
+};
+
+struct cli_option {
+    const char *name; /* without the two dashes */
+    enum cli_type type;
+    void *destination;   /* as listed above; the value it holds at the start is the default shown by --help */
+    const char *value;   /* placeholder in the help text, for example "N"; may be NULL */
+    const char *help;    /* one line */
+    double minimum;      /* the range counts only where minimum < maximum */
+    double maximum;
+    const char *choices; /* CLI_CHOICE only */
+};
+
+struct cli_positional {
+    const char *name; /* shown in the usage line */
+    const char **destination;
+    const char *help;
+    bool required; /* required ones come first */
+};
+
+/* The flags that every program has. */
+struct cli_common {
+    int grid;            /* --grid N: cells along the longest side; 0 = the program's choice */
+    const char *params;  /* --params paper|default */
+    const char *backend; /* --backend scalar|opencl */
+    int threads;         /* --threads K; 0 = as many as the machine offers */
+    const char *json;    /* --json FILE, "-" = standard output; NULL = none */
+    const char *out;     /* --out DIR for pictures and meshes; NULL = none */
+    bool quiet;          /* --quiet */
+    uint64_t seed;       /* --seed S */
+};
+
+/* Bits for cli_program.common_without: common flags that make no sense for one program. */
+enum { CLI_WITHOUT_GRID = 1, CLI_WITHOUT_PARAMS = 2, CLI_WITHOUT_BACKEND = 4, CLI_WITHOUT_SEED = 8, CLI_WITHOUT_OUT = 16 };
+
+struct cli_program {
+    const char *name;
+    const char *summary;
+    struct cli_common *common; /* NULL = no common flags but --help */
+    unsigned common_without;
+    const struct cli_option *options;
+    int option_count;
+    const struct cli_positional *positionals;
+    int positional_count;
+};
+
+enum { CLI_GO_ON = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE = 2 };
+
+struct cli_common cli_common_defaults(void);
+
+/* CLI_GO_ON, or the status that main should return: CLI_EXIT_OK after --help (usage on stdout), CLI_EXIT_USAGE after
+ * one line on stderr. Destinations may be partly written when it fails. */
+int cli_parse(const struct cli_program *program, int argc, char **argv);
+
+/* Prints "name: message" as one line on stderr and returns `status`, so that main can `return cli_fail(...)`. */
+int cli_fail(const char *name, int status, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 3, 4)))
+#endif
+    ;
+
+/* Strict readers, also useful on their own: the whole text, finite, no blanks. */
+bool cli_read_double(const char *text, double *value);
+bool cli_read_int(const char *text, int *value);
+bool cli_read_uint64(const char *text, uint64_t *value);
+
+#endif
