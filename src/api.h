@@ -1,0 +1,474 @@
+/* SPRINGLS__DOCUMENTATION */
+#ifndef SPRINGLS_H
+#define SPRINGLS_H
+
+#include <stddef.h>
+#include <stdint.h>
+#if !defined(__cplusplus)
+#include <stdbool.h>
+#endif
+
+#define SPRINGLS_VERSION_MAJOR 0
+#define SPRINGLS_VERSION_MINOR 1
+#define SPRINGLS_VERSION_PATCH 0
+#define SPRINGLS_VERSION (SPRINGLS_VERSION_MAJOR * 10000 + SPRINGLS_VERSION_MINOR * 100 + SPRINGLS_VERSION_PATCH)
+
+/* Linkage. SPRINGLS_STATIC: everything private to this file. SPRINGLS_DLL: exported from (implementation) or imported
+   into (user) a shared library. SPRINGLS_NAMESPACE=foo: every public function is called foo_springls_... at link time. */
+#ifndef SPRINGLS_API
+#if defined(SPRINGLS_STATIC)
+#if defined(__GNUC__)
+#define SPRINGLS_API __attribute__((unused)) static
+#else
+#define SPRINGLS_API static
+#endif
+#elif defined(SPRINGLS_DLL) && defined(_WIN32)
+#if defined(SPRINGLS_IMPLEMENTATION)
+#define SPRINGLS_API __declspec(dllexport)
+#else
+#define SPRINGLS_API __declspec(dllimport)
+#endif
+#elif defined(SPRINGLS_DLL) && defined(__GNUC__)
+#define SPRINGLS_API __attribute__((visibility("default"))) extern
+#else
+#define SPRINGLS_API extern
+#endif
+#endif
+
+/* SPRINGLS__NAMESPACE_RENAMES */
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- >>status ------------------------------------------------------------------------------------------------- */
+
+/* Every call that can fail returns one of these: zero is success, all failures are negative.
+   springls_last_error() has the sentence that belongs to the last failure of a context. */
+typedef enum springls_status {
+    SPRINGLS_OK = 0,
+    SPRINGLS_INVALID_ARGUMENT = -1, /* NULL, a size out of range, parameters that were not made by a *_params() call    */
+    SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, or no triangle with an area                              */
+    SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
+    SPRINGLS_EMPTY_MODEL = -5,      /* the call needs springls and there are none                                      */
+    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop; the model is as after the last whole step  */
+} springls_status;
+
+/* A constant English phrase for any status; never NULL. */
+SPRINGLS_API const char *springls_status_string(springls_status status);
+
+/* SPRINGLS_VERSION of the implementation, and the same as "major.minor.patch". */
+SPRINGLS_API int springls_version(void);
+SPRINGLS_API const char *springls_version_string(void);
+
+/* ---- >>host: what the caller may supply. Zero-initialised members mean the default ---------------------------- */
+
+/* Memory. alloc returns at least `size` bytes aligned to 64, or NULL; free gets the same size back.
+   Both NULL: malloc. Only called from the thread that calls the library. */
+typedef struct springls_allocator {
+    void *(*alloc)(size_t size, void *user);
+    void (*free)(void *memory, size_t size, void *user);
+    void *user;
+} springls_allocator;
+
+/* Threads. parallel_for must run task(arg, begin, end) over disjoint ranges covering [0, count), in any order, on any
+   threads, and return when all are done. `grain` is the smallest range worth a task. NULL: OpenMP when compiled with
+   it, else the calling thread. Results do not depend on how the ranges are cut. */
+typedef void (*springls_task)(void *arg, int begin, int end);
+typedef struct springls_tasks {
+    void (*parallel_for)(void *user, int count, int grain, springls_task task, void *arg);
+    void *user;
+} springls_tasks;
+
+/* Log. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: silence. */
+typedef struct springls_logger {
+    void (*log)(void *user, int level, const char *message);
+    void *user;
+} springls_logger;
+
+/* Called after every step of springls_run and during long inputs. fraction is in [0,1]. Return non-zero to cancel. */
+typedef struct springls_progress {
+    int (*report)(void *user, float fraction);
+    void *user;
+} springls_progress;
+
+/* Called before (begin = 1) and after (begin = 0) every stage; seconds is the stage's time, 0 at its begin. */
+typedef struct springls_trace {
+    void (*stage)(void *user, int stage, int begin, double seconds);
+    void *user;
+} springls_trace;
+
+/* ---- >>parameters --------------------------------------------------------------------------------------------- */
+
+typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */
+typedef enum springls_weight { SPRINGLS_W_LINEAR, SPRINGLS_W_ATANH, SPRINGLS_W_SPLINE_FAR,           /* paper, Fig. 8b: */
+                               SPRINGLS_W_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */
+typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */
+typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */
+
+/* Where a split or filled springl gets its place and its correspondence. */
+typedef enum springls_placement {
+    SPRINGLS_PLACE_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */
+    SPRINGLS_PLACE_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */
+} springls_placement;
+
+/* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;
+   a zeroed structure is refused because zero is a meaningful value of many members. */
+typedef struct springls_params {
+    uint32_t cookie; /* set by the two functions, checked by springls_create */
+
+    /* Table 1 */
+    float d_max;             /* springl capsule radius                                                          */
+    float particle_radius;   /* r: particle and vertex radius; springs rest at length 2r                        */
+    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                         */
+    int max_neighbors;       /* nearest edges kept a vertex, 1..8 (section 4.8)                                 */
+
+    /* relax: section 4.3, Algorithm 1 */
+    int relax_iterations;
+    springls_threshold threshold;
+    springls_weight weight;
+    springls_torque torque;
+    float sharpness;         /* lambda_c of H(lambda_c x)                                                       */
+    float kappa_int;         /* internal spring constant (eq. 4)                                                */
+    float kappa_ext;         /* external spring constant (eq. 5)                                                */
+    float relax_step_length;   /* xi  (eq. 10, 17)                                                              */
+    float relax_step_rotation; /* rho (eq. 11, 18)                                                              */
+    int relax_same_side;     /* 1: ignore neighbours facing the other way; 0: the paper                         */
+
+    /* contract: section 4.6 */
+    float contract_distance; /* remove when |phi(p)| exceeds it: (1 + eps) d_max                                */
+    float min_angle, max_angle; /* degrees; triangles outside are bad                                           */
+    float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */
+    int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */
+    float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */
+
+    /* resample: section 4.6 */
+    int resample_period;     /* M of Algorithm 2                                                                */
+    float split_edge;        /* split at the longest edge when it is longer                                     */
+    springls_placement placement; /* of split and filled springls                                               */
+
+    /* level set: sections 4.4, 4.5 */
+    float band_half_width;   /* phi is a distance within it, clamped a voxel beyond                             */
+    float capture;           /* omega is clamped here (eq. 21; the paper: d_max)                                */
+    int evolve_iterations;   /* Evolve and Rebuild pairs a step (Algorithm 2: 4)                                */
+    float evolve_step;       /* delta t of eq. 23                                                               */
+    float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
+    float curvature;         /* lambda of eq. 22                                                                */
+    int project_level_set;   /* 1: near springls phi is their oriented distance, to second order; 0: eq. 23 only */
+    springls_topology topology;
+
+    /* track: section 4.7 */
+    float nearest_rule;      /* take the nearest correspondence when it is further than this from the average   */
+    int track_iterations;    /* projections on the original surface (eq. 26)                                    */
+    float track_step;        /* lambda of eq. 26                                                                */
+
+    /* advect: section 4.2 */
+    int vertex_velocity;     /* 1: every vertex moves with its own velocity; 0: with the particle's (eq. 2)     */
+    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
+
+    /* initial springls from a level set or shape */
+    int initial_stride;      /* marching cubes on every n-th voxel                                              */
+    int project_initial;     /* 1: move particles and vertices onto the zero level                              */
+} springls_params;
+
+/* What we recommend: accurate tracking, topology change and speed at once. */
+SPRINGLS_API springls_params springls_default_params(void);
+
+/* The paper's rules and constants (eq. 1-26, Table 1). Deviations are listed in the chapter on parameters. */
+SPRINGLS_API springls_params springls_paper_params(void);
+
+/* ---- >>life cycle --------------------------------------------------------------------------------------------- */
+
+typedef struct springls_context springls_context;
+
+/* The voxel grid in the world. Voxel (i,j,k) has its centre at world = origin + direction * (spacing .* (i,j,k)).
+   The model ends half a voxel beyond the outermost centres. */
+typedef struct springls_grid_desc {
+    int size[3];         /* voxels, 4..4096 a side                                                              */
+    double spacing[3];   /* world units a voxel; all zero: 1                                                    */
+    double origin[3];    /* world position of voxel (0,0,0)                                                     */
+    double direction[9]; /* row-major, columns are the axes' unit vectors; all zero: identity                   */
+} springls_grid_desc;
+
+typedef struct springls_desc {
+    springls_grid_desc grid;
+    const springls_params *params; /* copied; NULL: springls_default_params()                                   */
+    int max_springls;              /* further splits and fills are refused and counted; 0: 64 million           */
+    springls_allocator allocator;
+    springls_tasks tasks;
+    springls_logger logger;
+    springls_progress progress;
+    springls_trace trace;
+} springls_desc;
+
+/* Makes an empty model. On failure *out is NULL and nothing is left allocated. A context belongs to one thread at a
+   time; different contexts are independent. There is no global state. */
+SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out);
+SPRINGLS_API void springls_destroy(springls_context *ctx); /* NULL is allowed */
+
+/* Back to an empty model; keeps memory and parameters. */
+SPRINGLS_API springls_status springls_reset(springls_context *ctx);
+
+/* The sentence for the last failure, "" after none; belongs to the context. With ctx = NULL: "no context". */
+SPRINGLS_API const char *springls_last_error(const springls_context *ctx);
+
+/* Parameters may be read and replaced between any two calls. */
+SPRINGLS_API springls_params springls_get_params(const springls_context *ctx);
+SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params);
+
+/* Points, 3 floats each, between world and voxel coordinates. in and out may be the same. */
+SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel);
+SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world);
+
+/* Bytes now held from the allocator. */
+SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
+
+/* ---- >>input: each call replaces the model and makes it its own reference (a_n = p_n, phi_ref = phi) ---------- */
+
+/* What springls_set_mesh found. Everything but `triangles_dropped` describes the input after welding equal points. */
+typedef struct springls_mesh_report {
+    int triangles_dropped;   /* no area, or a repeated corner                                                   */
+    int boundary_edges;      /* edges of one triangle: the surface is open there                                */
+    int nonmanifold_edges;   /* edges of three or more triangles                                                */
+    int misoriented_edges;   /* edges whose two triangles run the same way along it                             */
+    int components;
+    bool closed;             /* no boundary, non-manifold or misoriented edge                                   */
+    bool flipped;            /* the input was inside out and has been turned                                    */
+    bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half     */
+    double volume, area;     /* world units                                                                     */
+} springls_mesh_report;
+
+/* Indexed triangle mesh, world coordinates, counter-clockwise seen from outside. `stride` is the bytes from one
+   position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. An inside-out, open or
+   dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area.
+   BAD_MESH: index out of range, nothing left. NON_FINITE: a used position is. */
+SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
+                                               size_t stride, const int *triangles, int triangle_count,
+                                               springls_mesh_report *report);
+
+/* Dense signed distance or any function negative inside, one float a voxel, x fastest. Re-distanced near its zero. */
+SPRINGLS_API springls_status springls_set_level_set(springls_context *ctx, const float *phi);
+
+/* The voxels of a label map equal to `label` (label < 0: all that are not 0). One int32 a voxel, x fastest. */
+SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const int32_t *labels, int32_t label);
+
+/* The voxels with low <= intensity <= high; NaN is outside. The surface is placed by interpolating the intensity. */
+SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high);
+
+/* An implicit function, negative inside, asked in batches of world points (3 floats each). It must be Lipschitz: a
+   signed distance, or a lower bound of one. Never stored densely. */
+typedef void (*springls_implicit_fn)(void *user, const float *points, int count, float *out);
+SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, springls_implicit_fn fn, void *user);
+
+/* Ready-made shapes for springls_set_implicit: pass the function and a pointer to the structure. World units. */
+typedef struct springls_sphere { float center[3], radius; } springls_sphere;
+typedef struct springls_box { float center[3], half[3]; } springls_box;
+typedef struct springls_torus { float center[3], axis[3], major, minor; } springls_torus;
+typedef struct springls_metasphere { const springls_sphere *spheres; int count; } springls_metasphere; /* merged spheres */
+typedef struct springls_notched_sphere { float center[3], radius, slot_width, slot_depth; } springls_notched_sphere; /* Zalesak */
+SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out);
+SPRINGLS_API void springls_implicit_box(void *box, const float *points, int count, float *out);
+SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int count, float *out);
+SPRINGLS_API void springls_implicit_metasphere(void *metasphere, const float *points, int count, float *out);
+SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const float *points, int count, float *out);
+
+/* Raw springls, voxel coordinates: per springl 9 floats of vertices, 3 of particle, 3 of correspondence. particles
+   NULL: centroids; correspondences NULL: the particles. The level set follows by unsigned_to_signed. */
+SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                   const float *correspondences, int count);
+
+/* Makes the present model the original: a_n = p_n, phi_ref = phi, fresh reference triangles. */
+SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
+
+/* One byte a springl: 0 relaxes, 1 keeps its shape (a kept feature, section 4.8). Follows splits. NULL: all relax. */
+SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
+
+/* ---- >>forces: eq. 1 and 2, in voxels and voxels a unit of time ----------------------------------------------- */
+
+/* Batch callbacks, called from any worker at once with different ranges; never one call a point. All points are voxel
+   coordinates, 3 floats each. time is the time of the Runge-Kutta stage. */
+typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
+typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
+/* out: 12 floats a point, a row-major 3x4 matrix [A b]; the velocity at x is A x + b. correspondences are a_n. */
+typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time, float *out);
+
+/* A sampled field: `channels` floats a sample (1 pressure, 3 velocity), x fastest, trilinear between samples, constant
+   beyond them. It lies on the model's grid (size all zero) or on a grid of its own. Values are voxels of the model's
+   grid a unit of time. The data is borrowed during the call. A displacement field is a velocity grid applied with
+   dt = 1 and SPRINGLS_EULER. */
+typedef struct springls_sampled_field {
+    const float *data;
+    springls_grid_desc grid;
+} springls_sampled_field;
+
+typedef enum springls_integrator { SPRINGLS_RK4, SPRINGLS_EULER } springls_integrator;
+
+typedef struct springls_forces {
+    springls_pressure_fn pressure; /* rho: along the outward normal                                             */
+    springls_velocity_fn velocity; /* sigma                                                                     */
+    springls_affine_fn affine;     /* A(p, a)                                                                   */
+    void *user;                    /* handed to all three                                                       */
+    springls_sampled_field pressure_grid; /* data NULL: none; added to the callback's                           */
+    springls_sampled_field velocity_grid;
+    float pressure_weight;         /* lambda_rho;   0 means 1                                                   */
+    float velocity_weight;         /* lambda_sigma; 0 means 1                                                   */
+    float affine_weight;           /* lambda_A;     0 means 1                                                   */
+    float curvature_weight;        /* motion by mean curvature of the level set, smoothing when positive        */
+    springls_integrator integrator;
+} springls_forces;
+
+/* Two flows with exact answers, for tests and benchmarks; user points to the structure. */
+typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow; /* LeVeque, x = voxel/N */
+typedef struct springls_rotation_flow { float center[3], axis[3], angular_velocity; } springls_rotation_flow;
+SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out);
+SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out);
+
+/* The largest speed of any particle now, voxels a unit of time: f_max of section 4.8. */
+SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);
+
+/* ---- >>stages: Table 2, each callable alone ------------------------------------------------------------------- */
+
+SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt);
+SPRINGLS_API springls_status springls_relax(springls_context *ctx);              /* Algorithm 1, params.relax_iterations times   */
+SPRINGLS_API springls_status springls_contract(springls_context *ctx);           /* section 4.6                                  */
+SPRINGLS_API springls_status springls_resample(springls_context *ctx);           /* section 4.6                                  */
+SPRINGLS_API springls_status springls_evolve(springls_context *ctx);             /* eq. 21-23: one Evolve, omega taken afresh    */
+SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);            /* re-distance phi, move the narrow band        */
+SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);          /* section 4.4, and track for what it adds      */
+SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx); /* section 4.5                                  */
+SPRINGLS_API springls_status springls_track(springls_context *ctx);              /* eq. 26 for every correspondence              */
+
+/* ---- >>drivers ------------------------------------------------------------------------------------------------ */
+
+typedef enum springls_mode {
+    SPRINGLS_FLUID,      /* Algorithm 2: active contour                                                         */
+    SPRINGLS_ELASTIC,    /* Algorithm 3: steps of any size                                                      */
+    SPRINGLS_ADVECT_ONLY /* "behaves like a mesh": springls move, the level set stays                           */
+} springls_mode;
+
+typedef struct springls_step_desc {
+    const springls_forces *forces;
+    springls_mode mode;
+    float dt;               /* time to advance; 0: one step in which the fastest particle moves max_displacement */
+    float max_displacement; /* voxels; a longer dt is cut into equal sub-steps; 0: never cut (d_max when dt is 0) */
+    bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
+    bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
+} springls_step_desc;
+
+/* One step of the chosen algorithm from the context's time. NON_FINITE leaves the springls as they were. */
+SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
+
+/* `steps` steps with progress reports. Stops early, with OK, when active-contour springls no longer move. */
+SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
+
+SPRINGLS_API double springls_time(const springls_context *ctx);
+SPRINGLS_API void springls_set_time(springls_context *ctx, double time);
+
+/* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
+
+typedef struct springls_view { const float *data; int count; size_t stride; } springls_view; /* stride in bytes */
+
+SPRINGLS_API int springls_count(const springls_context *ctx);
+SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx);        /* 9 floats: q0 q1 q2         */
+SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx);       /* 3 floats: p                */
+SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx); /* 3 floats: a                */
+
+/* Stable identity, never reused: one per springl, in springl order. And where it came from: 0 an original springl,
+   1 or more: splits and fills between it and one. */
+SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx);
+SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx);
+
+/* The paper's 4x4 rows (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
+SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out);
+
+/* Surfels (section 2.3.2): centre 3, normal 3, radius 1: 7 floats a springl, world units. */
+SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
+
+/* ---- >>mesh out ----------------------------------------------------------------------------------------------- */
+
+typedef struct springls_mesh {
+    int vertex_count, triangle_count;
+    float *positions;       /* 3 a vertex, world                                                                */
+    float *normals;         /* 3 a vertex, unit, outward                                                        */
+    float *correspondences; /* 3 a vertex, world: the place on the original surface                             */
+    int *springls;          /* 1 a vertex: the nearest springl, -1 when none is within a voxel                  */
+    int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                */
+    size_t bytes;           /* for springls_mesh_free                                                           */
+} springls_mesh;
+
+/* The watertight zero level: welded, closed, every edge between exactly two triangles. An empty model gives an empty
+   mesh. The mesh owns its arrays, made by the context's allocator. */
+SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
+
+/* The springls themselves: three vertices each, normals flat. */
+SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
+
+SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
+
+/* Dense copies of the fields on the model's grid, x fastest, voxels: size[0]*size[1]*size[2] floats. */
+SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
+
+/* ---- >>queries: world coordinates, batches of 3 floats a point ------------------------------------------------ */
+
+/* phi, in world units when the spacing is uniform (else in units of the smallest spacing); clamped outside the band. */
+SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
+SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
+SPRINGLS_API springls_status springls_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
+
+/* A place on the model. `material` is the same place on the original surface: its point, the triangle of the original
+   surface it lies on, and the barycentric coordinates there (section 4.7). */
+typedef struct springls_hit {
+    int springl;                 /* -1: nothing found                                                           */
+    float point[3];              /* world                                                                       */
+    float barycentric[3];        /* in the springl                                                              */
+    float distance;              /* world, from the query point or along the ray                                */
+    float material[3];           /* world                                                                       */
+    int material_triangle;       /* of the mesh given, or of the initial springls                               */
+    float material_barycentric[3];
+} springls_hit;
+
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
+                                              int count, float max_distance, springls_hit *out);
+
+/* ---- >>measures ----------------------------------------------------------------------------------------------- */
+
+typedef enum springls_stage {
+    SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
+    SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
+    SPRINGLS_STAGE_CELLS, SPRINGLS_STAGE_COUNT
+} springls_stage;
+SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
+
+typedef struct springls_stats {
+    int springls, steps, bricks;
+    int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
+    float moved;             /* largest displacement of the last advect, voxels                                 */
+    float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
+    double seconds[SPRINGLS_STAGE_COUNT];
+} springls_stats;
+SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
+
+/* Of the welded zero level: volume by the divergence theorem and area in world units, bounds, topology. */
+typedef struct springls_measures {
+    double volume, area;
+    float lower[3], upper[3];
+    int components, euler;
+} springls_measures;
+SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out);
+
+/* A 64-bit hash of springls, correspondences and phi: equal for equal states, whatever threads made them. */
+SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
+
+/* True when the compiler fuses multiplications and additions in this build, which loses the promise of equal bits:
+   compile the implementation with -ffp-contract=off. */
+SPRINGLS_API bool springls_fp_contract_detected(void);
+
+/* The OpenCL text of the maths, one line a string, for hosts that build their own programs. */
+SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* SPRINGLS_H */
