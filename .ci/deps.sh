@@ -1,0 +1,82 @@
+#!/bin/sh
+# deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
+# system's package manager. Groups: test demo bench matrix check. CC and CXX name the compilers that are wanted.
+# Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
+set -u
+CC=${CC:-cc} CXX=${CXX:-g++}
+missing=
+
+need()         { case " $missing " in *" $1 "*) ;; *) missing="$missing $1" ;; esac; }
+need_command() { command -v "$1" > /dev/null 2>&1 || need "$2"; }
+need_file()    { [ -e "$1" ] || need "$2"; }
+
+# need_headers "header package" ...
+need_headers() {
+    if command -v "$CC" > /dev/null 2>&1; then
+        for pair; do printf '#if !__has_include(<%s>)\nmissing %s\n#endif\n' "${pair% *}" "${pair#* }"; done |
+            "$CC" -E -P -x c - 2> /dev/null | sed -n 's/^missing //p'
+    else
+        for pair; do echo "${pair#* }"; done   # no compiler, so no way to look: a package twice installed does no harm
+    fi
+}
+
+compiler_package() { case "$1" in *clang*) echo clang ;; *g++*|*c++*) echo g++ ;; *) echo gcc ;; esac; }
+
+headers='stdio.h libc6-dev'
+for group; do
+    need_command "${CC%% *}" "$(compiler_package "$CC")"
+    case $group in
+    test|check) ;;
+    matrix)
+        for c in gcc g++ clang; do need_command $c $c; done ;;
+    demo|bench)
+        headers="$headers
+            stb/stb_image_write.h libstb-dev
+            nifti/nifti2_io.h libnifti2-dev
+            zlib.h zlib1g-dev
+            assimp/cimport.h libassimp-dev"
+        need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
+        if [ "$group" = bench ]; then
+            need_command "${CXX%% *}" "$(compiler_package "$CXX")"
+            headers="$headers
+            openvdb/openvdb.h libopenvdb-dev
+            tbb/tbb.h libtbb-dev"
+        fi ;;
+    *)
+        echo "deps.sh: no such group: $group (there are test, demo, bench, matrix, check)" >&2; exit 2 ;;
+    esac
+done
+# Word by word into pairs; the names hold no blanks.
+set -- $headers
+pairs=
+while [ $# -ge 2 ]; do pairs="$pairs$1 $2
+"; shift 2; done
+IFS='
+'
+for package in $(need_headers $pairs); do need "$package"; done
+unset IFS
+
+[ -n "$missing" ] || exit 0
+
+as_root=
+[ "$(id -u)" = 0 ] || as_root=sudo
+if ! command -v apt-get > /dev/null 2>&1 || { [ -n "$as_root" ] && ! command -v sudo > /dev/null 2>&1; }; then
+    {
+        echo "These Debian packages, or what your system calls them, are missing:$missing"
+        echo "There is no apt-get with the right to use it here: please install them, then run make again."
+    } >&2
+    exit 1
+fi
+echo "Installing through apt-get, because it is missing:$missing"
+log=$(mktemp)
+# A stale or empty list of packages is the usual reason for a failure, and an unreachable mirror is none if the
+# packages are at hand: so the result of `update` does not matter, that of `install` does.
+{ $as_root apt-get update; $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
+    $missing; } > "$log" 2>&1
+status=$?
+if [ $status != 0 ]; then
+    tail -n 15 "$log" >&2
+    echo "apt-get could not install:$missing" >&2
+fi
+rm -f "$log"
+exit $status

@@ -1,0 +1,154 @@
+# springls: what there is to build, test and measure. `make` alone lists it.
+#
+#   CC=clang CXX=clang++   other compilers        OPT=-O1      optimisation        NATIVE=1   tune for this machine
+#   OPENMP=0 / OPENMP=1    threads by OpenMP: examples and benchmarks have them unless 0, tests only when 1
+#   PARTS=1                tests read src/springls_parts.h, so that compiler messages name the part
+#   SPRINGLS_DATA=folder   an optional collection of test data; without it the tests that want it are skipped
+#   PREFIX, DESTDIR        for install
+
+ifeq ($(origin CXX),default)
+  CXX = g++
+endif
+PREFIX       ?= /usr/local
+WARNINGS      = -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow
+# Results are the same bits for every compiler and level only while nobody fuses a*b+c.
+EXACT         = -ffp-contract=off
+STRICT        = -std=c99 $(WARNINGS) -Werror $(EXACT)
+MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
+EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXACT) $(or $(OPT),-O3) $(MACHINE) $(if $(filter 0,$(OPENMP)),,-fopenmp)
+TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
+                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS)
+# Only what a program really uses is linked: --as-needed drops the rest.
+EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lz -lm -pthread
+TEST_LIBS     = -lm -pthread
+
+PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
+KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
+COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
+EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
+BENCHES      := $(patsubst tests/bench/%.c,build/bench/%,$(wildcard tests/bench/*.c)) \
+                $(patsubst tests/bench/%.cc,build/bench/%,$(wildcard tests/bench/*.cc))
+# Sanitized tests live in a folder of their own, beside the plain ones.
+VARIANT      ?= plain
+TESTS        := $(patsubst tests/%.c,build/test-$(VARIANT)/%,$(sort $(wildcard tests/test_*.c)))
+
+export SPRINGLS_DATA
+
+.PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper install format clean \
+        asan ubsan tsan compile-matrix
+.DELETE_ON_ERROR:
+
+help:   ## this list
+	@sed -n 's/^\([a-z.-]*\):.*## */\1\t/p' Makefile | expand -t 18
+
+# ---- set-up: finds what is missing and installs it, saying so ----
+
+deps: deps-test deps-demo   ## install what demo and test need, where missing
+
+deps-demo deps-test deps-bench deps-matrix:
+	@CC="$(CC)" CXX="$(CXX)" .ci/deps.sh $(@:deps-%=%)
+
+# ---- the product ----
+
+build/embed: kernels_embed/embed.c
+	@mkdir -p build
+	$(CC) $(STRICT) -O1 -o $@ $<
+
+springls.h: build/embed $(PARTS_FILES) $(KERNEL_FILES)   ## put the parts together again, if one has changed
+	build/embed src/springls_parts.h $(KERNEL_FILES) > build/springls.h.new
+	mv build/springls.h.new $@
+
+# springls.h is no prerequisite: what is checked is the file as it is, not as make would refresh it.
+check: build/embed   ## is springls.h what the parts produce? is its OpenCL text clean?
+	@build/embed src/springls_parts.h $(KERNEL_FILES) > build/springls.h.check
+	@cmp -s springls.h build/springls.h.check || { \
+	  echo "check: springls.h is not what src/ and kernels_embed/ produce: run 'make springls.h' and commit it;"; \
+	  echo "       if it was edited by hand, put that change into the part first. First difference:"; \
+	  diff springls.h build/springls.h.check | head -n 5; exit 1; }
+	@$(CC) $(STRICT) -I. -o build/print_kernels tests/compile/print_kernels.c -lm
+	@build/print_kernels > build/kernels.cl
+	@tests/compile/kernels.sh build/kernels.cl
+
+# ---- examples ----
+
+build/common/%.o: examples/common/%.c springls.h
+	@mkdir -p $(@D)
+	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -c -o $@ $<
+
+build/libcommon.a: $(COMMON)
+	@rm -f $@
+	$(AR) rcs $@ $(COMMON)
+
+build/%: examples/%.c springls.h build/libcommon.a
+	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF build/$*.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
+
+examples: $(EXAMPLES)   ## build every program of examples/ into build/
+
+HEAD_SCAN ?= /usr/share/mricron/templates/ch2bet.nii.gz
+
+demo: deps-demo   ## from nothing to results: set-up, build, two programs run into build/demo/
+	@$(MAKE) --no-print-directory examples
+	@mkdir -p build/demo
+	build/leveque --grid 64 --out build/demo
+	build/segment $(HEAD_SCAN) --out build/demo
+	@echo "see build/demo/"
+
+# ---- tests ----
+
+build/test-$(VARIANT)/%: tests/%.c springls.h $(PARTS_FILES)
+	@mkdir -p $(@D)
+	$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
+
+test: deps-test   ## build and run tests/test_*.c, each a program of its own
+	@$(MAKE) --no-print-directory test-run
+
+test-run: $(TESTS)
+	@tests/run.sh $(TESTS)
+
+asan:   ## the tests under AddressSanitizer (out-of-bounds, use after free, leaks)
+	@$(MAKE) --no-print-directory test VARIANT=asan OPT=-O1 SANITIZE="-fsanitize=address -fno-omit-frame-pointer"
+ubsan:  ## the tests under UndefinedBehaviorSanitizer
+	@$(MAKE) --no-print-directory test VARIANT=ubsan OPT=-O1 \
+	  SANITIZE="-fsanitize=undefined,float-cast-overflow -fno-sanitize-recover=all"
+tsan:   ## the tests under ThreadSanitizer (data races)
+	@$(MAKE) --no-print-directory test VARIANT=tsan OPT=-O1 SANITIZE="-fsanitize=thread"
+
+compile-matrix: deps-matrix   ## springls.h in every language, linkage and namespace mode, gcc and clang
+	@$(MAKE) --no-print-directory springls.h
+	@tests/compile/matrix.sh
+
+# ---- measurements ----
+
+build/bench/%: tests/bench/%.c springls.h build/libcommon.a
+	@mkdir -p $(@D)
+	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS) $(BENCH_LIBS)
+
+build/bench/%: tests/bench/%.cc springls.h build/libcommon.a
+	@mkdir -p $(@D)
+	$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
+	  $(EXAMPLE_LIBS) -lopenvdb -ltbb $(BENCH_LIBS)
+
+bench: deps-bench   ## build and run tests/bench/: one JSON object a program
+	@$(MAKE) --no-print-directory bench-run
+
+bench-run: $(filter-out build/bench/paper,$(BENCHES))
+	@for b in $^; do echo "== $$b" >&2; $$b || exit 1; done
+
+paper: deps-demo   ## the paper's numbers against ours
+	@$(MAKE) --no-print-directory $(or $(filter build/paper,$(EXAMPLES)),build/bench/paper)
+	$(or $(filter build/paper,$(EXAMPLES)),build/bench/paper)
+
+# ---- the rest ----
+
+install: springls.h   ## copy the header(s) to $(DESTDIR)$(PREFIX)/include
+	install -d $(DESTDIR)$(PREFIX)/include
+	install -m 644 springls.h $(wildcard springls_cl.h) $(DESTDIR)$(PREFIX)/include
+
+format:   ## lay out the sources as .clang-format says
+	clang-format -i $(wildcard src/*.h kernels_embed/*.[ch] examples/*.c examples/common/*.[ch] tests/*.[ch] \
+	  tests/compile/*.[ch] tests/bench/*.[ch])
+
+clean:   ## remove build/
+	rm -rf build
+
+-include $(wildcard build/*.d build/common/*.d build/test-*/*.d build/bench/*.d)

@@ -1,0 +1,13 @@
+#!/bin/sh
+# kernels.sh KERNELS.cl: is the OpenCL text clean OpenCL C 1.2? Compiled by clang with every warning there is, but for:
+#   -Wpadded, -Wunused-macros, -Wunused-function, -Wmissing-prototypes   of no meaning to a program text on its own
+#   -Wdeclaration-after-statement                                       warns of something C90 forbids
+#   -Wfloat-equal                                                       comparing with exact values is meant where it is done
+set -u
+if ! command -v clang > /dev/null 2>&1; then
+    echo "kernels: not checked, there is no clang here"
+    exit 0
+fi
+clang -x cl -cl-std=CL1.2 -fsyntax-only -Weverything -Werror -Wno-padded -Wno-unused-macros -Wno-unused-function \
+    -Wno-missing-prototypes -Wno-declaration-after-statement -Wno-float-equal "$1" &&
+    echo "kernels: clean, $(wc -l < "$1") lines"
