@@ -489,8 +489,8 @@ static void make_field(int kind)
     float threshold = 0.1f + 0.8f * random_unit();
     for (i = 0; i < CELLS; ++i) {
         float r = random_unit();
-        field[i] = kind == 0 ? r - threshold : kind == 1 ? (r < threshold ? -1.0f : 1.0f) : kind == 2 ? (float)(int)(r * 3.0f) - 1.0f
-                 : (r - threshold) * 40.0f;
+        field[i] = kind == 0 ? r - threshold : kind == 1 ? (r < threshold ? -1.0f : 1.0f)
+                 : kind == 2 ? (float)(int)(r * 3.0f) - 1.0f : (r - threshold) * 40.0f;
     }
     for (pass = 0; kind == 3 && pass < 2; ++pass)
         for (i = 0; i + N * N + N + 1 < CELLS; ++i) field[i] = 0.25f * (field[i] + field[i + 1] + field[i + N] + field[i + N * N]);

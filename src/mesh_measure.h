@@ -1,0 +1,156 @@
+/* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
+
+typedef struct springls__mesh_report {
+    double volume;             /* by the divergence theorem, positive when wound outwards; only without unbalanced edges
+                                  does it mean something                                                        */
+    double area;
+    float lo[3], hi[3];        /* of the vertices in use; zeros without any                                     */
+    int vertices;              /* in use                                                                        */
+    int edges, triangles;      /* of the triangles that count: neither invalid nor with a repeated vertex       */
+    int euler;                 /* vertices - edges + triangles: 2 for a sphere, 0 for a torus                   */
+    int components;            /* connected through shared vertices                                             */
+    int boundary_edges;        /* used by one triangle                                                          */
+    int misoriented_edges;     /* used by two triangles that run along it the same way                          */
+    int nonmanifold_edges;     /* used by three or more                                                         */
+    int unbalanced_edges;      /* run along unequally often each way; none: the mesh has an inside              */
+    int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */
+    int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
+} springls__mesh_report;
+
+/* Sorts keys ascending, in place and in time proportional to their number: radix exchange from the highest bit in use, and
+   insertion where a few are left. */
+SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
+{
+    struct { size_t first, end; int bit; } todo[65];
+    int depth = 1;
+    size_t i, j;
+    uint64_t any = 0;
+    for (i = 0; i < count; ++i) any |= keys[i];
+    todo[0].first = 0;
+    todo[0].end = count;
+    for (todo[0].bit = -1; any; any >>= 1) ++todo[0].bit;
+    while (depth > 0) {
+        size_t first = todo[--depth].first, end = todo[depth].end;
+        int bit = todo[depth].bit;
+        while (bit >= 0 && end - first > 16) {
+            i = first;
+            j = end;
+            while (i < j) {
+                uint64_t key = keys[i];
+                if (!(key >> bit & 1)) { ++i; continue; }
+                keys[i] = keys[--j];
+                keys[j] = key;
+            }
+            --bit;
+            todo[depth].first = i;
+            todo[depth].end = end;
+            todo[depth++].bit = bit;
+            end = i;
+        }
+        if (bit < 0) continue;
+        for (i = first + 1; i < end; ++i) {
+            uint64_t key = keys[i];
+            for (j = i; j > first && keys[j - 1] > key; --j) keys[j] = keys[j - 1];
+            keys[j] = key;
+        }
+    }
+}
+
+SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
+{
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+}
+
+/* The three vertices of triangle t if it is valid: indices in range, coordinates finite. */
+SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const int32_t *triangles, int t, int32_t v[3])
+{
+    int i, c;
+    for (i = 0; i < 3; ++i) {
+        v[i] = triangles[3 * (size_t)t + (size_t)i];
+        if (v[i] < 0 || v[i] >= n) return false;
+        for (c = 0; c < 3; ++c)
+            if (!(springls__fabs(positions[3 * (size_t)v[i] + (size_t)c]) <= FLT_MAX)) return false;
+    }
+    return true;
+}
+
+/* Adds the area of one triangle and six times its volume over the centre; counts it when it has no area. */
+SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float *positions, const int32_t v[3],
+                                     const double centre[3])
+{
+    double p[3][3], u[3], w[3], x[3], side2, longest2 = 0.0, area2;
+    int i, c;
+    for (i = 0; i < 3; ++i)
+        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - centre[c];
+    for (c = 0; c < 3; ++c) { u[c] = p[1][c] - p[0][c]; w[c] = p[2][c] - p[0][c]; }
+    for (c = 0; c < 3; ++c) x[c] = u[(c + 1) % 3] * w[(c + 2) % 3] - u[(c + 2) % 3] * w[(c + 1) % 3];
+    for (i = 0; i < 3; ++i) {
+        for (side2 = 0.0, c = 0; c < 3; ++c) side2 += (p[(i + 1) % 3][c] - p[i][c]) * (p[(i + 1) % 3][c] - p[i][c]);
+        if (side2 > longest2) longest2 = side2;
+    }
+    area2 = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    if (area2 <= 1e-7 * longest2) ++report->degenerate_triangles;
+    report->area += 0.5 * area2;
+    report->volume += p[0][0] * x[0] + p[0][1] * x[1] + p[0][2] * x[2];
+}
+
+/* Counts the edges of sorted keys: lower vertex << 32 | higher vertex << 1 | 1 when run from higher to lower. */
+SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *sides, size_t count)
+{
+    size_t i = 0;
+    while (i < count) {
+        uint64_t edge = sides[i] >> 1;
+        int ways[2] = { 0, 0 };
+        for (; i < count && sides[i] >> 1 == edge; ++i) ++ways[sides[i] & 1];
+        ++report->edges;
+        report->boundary_edges += ways[0] + ways[1] == 1;
+        report->misoriented_edges += ways[0] + ways[1] == 2 && ways[0] != 1;
+        report->nonmanifold_edges += ways[0] + ways[1] > 2;
+        report->unbalanced_edges += ways[0] != ways[1];
+    }
+}
+
+/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums run in index order in double precision: the same
+   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of sides. */
+SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
+                                         uint64_t *sides, springls__mesh_report *report)
+{
+    size_t side_count = 0;
+    double centre[3];
+    int32_t v[3], i;
+    int t, c;
+    memset(report, 0, sizeof *report);
+    for (i = 0; i < n; ++i) parent[i] = -1;
+    for (t = 0; t < m; ++t) {
+        if (!springls__mesh_triangle(positions, n, triangles, t, v)) { ++report->invalid_triangles; continue; }
+        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) { ++report->degenerate_triangles; continue; }
+        ++report->triangles;
+        for (i = 0; i < 3; ++i) {
+            int32_t a = v[i], b = v[(i + 1) % 3];
+            uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
+            sides[side_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
+            if (parent[a] >= 0) continue;
+            parent[a] = a;
+            for (c = 0; c < 3; ++c) {
+                float x = positions[3 * (size_t)a + (size_t)c];
+                report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
+                report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
+            }
+            ++report->vertices;
+        }
+        for (i = 1; i < 3; ++i) {
+            int32_t a = springls__find_root(parent, v[0]), b = springls__find_root(parent, v[i]);
+            if (a < b) parent[b] = a; else parent[a] = b;
+        }
+    }
+    for (i = 0; i < n; ++i) report->components += parent[i] == i;
+    for (c = 0; c < 3; ++c) centre[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
+    for (t = 0; t < m; ++t)
+        if (springls__mesh_triangle(positions, n, triangles, t, v) && v[0] != v[1] && v[1] != v[2] && v[2] != v[0])
+            springls__mesh_add(report, positions, v, centre);
+    report->volume /= 6.0;
+    springls__sort_keys(sides, side_count);
+    springls__mesh_count_edges(report, sides, side_count);
+    report->euler = report->vertices - report->edges + report->triangles;
+}
