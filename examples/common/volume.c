@@ -78,7 +78,7 @@ static bool read_voxels(gzFile file, const nifti_image *header, struct volume *v
     unsigned char block[BLOCK * 8];
     const size_t bytes = (size_t)header->nbyper, total = volume_voxels(volume);
     const bool scaled = header->scl_slope != 0.0;
-    const bool swap = header->swapsize > 1 && header->byteorder != nifti_short_order();
+    const bool swap = header->swapsize > 1;
     volume->minimum = INFINITY;
     volume->maximum = -INFINITY;
     for (size_t done = 0; done < total;) {

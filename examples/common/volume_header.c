@@ -119,9 +119,7 @@ static nifti_image *read_version_1(const unsigned char *bytes, bool *single, str
     nifti_image *header = nifti_convert_n1hdr2nim(h, NULL);
     if (header) {
         header->iname_offset = (int64_t)e.offset;
-        if (swapped) { /* the library saw a header of our own order */
-            header->byteorder = nifti_short_order() == LSB_FIRST ? MSB_FIRST : LSB_FIRST;
-        }
+        header->swapsize = swapped ? header->swapsize : 0; /* the library saw a header in our own order */
     }
     return header;
 }
@@ -159,9 +157,7 @@ static nifti_image *read_version_2(const unsigned char *bytes, bool *single, str
     nifti_image *header = nifti_convert_n2hdr2nim(h, NULL);
     if (header) {
         header->iname_offset = (int64_t)e.offset;
-        if (swapped) { /* the library saw a header of our own order */
-            header->byteorder = nifti_short_order() == LSB_FIRST ? MSB_FIRST : LSB_FIRST;
-        }
+        header->swapsize = swapped ? header->swapsize : 0; /* the library saw a header in our own order */
     }
     return header;
 }
