@@ -1,0 +1,361 @@
+/* query.h - questions about the model, in world coordinates, in batches.
+
+   The model's triangles are kept in a hierarchy of their own, in "model" coordinates: the world's axes, the grid's origin
+   at zero, the smallest spacing as the unit. So distances are the world's whatever the grid's spacing and direction, and
+   no digits are lost to a far origin. It is built again by the first query after the springls have moved. */
+
+/* Points are refused rather than searched for when they are not finite. */
+SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const float *points, int count, const void *out,
+                                                    const char *name)
+{
+    size_t i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0 || (count > 0 && (!points || !out)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
+    for (i = 0; i < 3 * (size_t)count; i++)
+        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls__v3 springls__world_to_voxel(const springls_context *ctx, const float *world)
+{
+    double x[3];
+    springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    return springls__v3_make((float)x[0], (float)x[1], (float)x[2]);
+}
+
+SPRINGLS__FN void springls__voxel_to_world(const springls_context *ctx, springls__v3 voxel, float world[3])
+{
+    double x[3];
+    springls__transform(ctx->to_world, (double)voxel.x, (double)voxel.y, (double)voxel.z, x);
+    world[0] = (float)x[0];
+    world[1] = (float)x[1];
+    world[2] = (float)x[2];
+}
+
+/* ---- the level set ---- */
+
+typedef struct springls__field_query {
+    const springls_context *ctx;
+    const float *points;
+    float *out;
+    uint8_t *inside;
+} springls__field_query;
+
+SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
+{
+    const springls__field_query *q = (const springls__field_query *)arg;
+    const springls_context *ctx = q->ctx;
+    int i;
+    for (i = begin; i < end; i++) {
+        float phi = springls__grid_sample(&ctx->grid, ctx->grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
+        if (q->inside) q->inside[i] = phi < 0.0f;
+        else q->out[i] = phi * ctx->smallest_spacing;
+    }
+}
+
+/* The gradient of a field is a covector: world components by the transpose of world -> voxel. */
+SPRINGLS__FN void springls__covector_to_world(const springls_context *ctx, springls__v3 g, double scale, float out[3])
+{
+    const double *m = ctx->to_voxel;
+    int k;
+    for (k = 0; k < 3; k++)
+        out[k] = (float)(scale * (m[k] * (double)g.x + m[4 + k] * (double)g.y + m[8 + k] * (double)g.z));
+}
+
+SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
+{
+    const springls__field_query *q = (const springls__field_query *)arg;
+    const springls_context *ctx = q->ctx;
+    int i;
+    for (i = begin; i < end; i++) {
+        springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
+        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->grid, ctx->grid.phi, x), (double)ctx->smallest_spacing,
+                                    q->out + 3 * (size_t)i);
+    }
+}
+
+SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, const float *points, int count, float *out,
+                                                       uint8_t *inside, springls_task task, const char *name)
+{
+    springls__field_query q;
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
+    q.ctx = ctx;
+    q.points = points;
+    q.out = out;
+    q.inside = inside;
+    springls__parallel(ctx, count, 1024, task, &q);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out)
+{
+    return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_distance_task, "sample_distance");
+}
+
+SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out)
+{
+    return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
+}
+
+SPRINGLS_API springls_status springls_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
+{
+    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "inside");
+}
+
+/* ---- the model's triangles ---- */
+
+SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, springls__v3 x)
+{
+    const double *m = ctx->to_world;
+    double s = 1.0 / (double)ctx->smallest_spacing, v[3] = { 0.0, 0.0, 0.0 };
+    int k;
+    for (k = 0; k < 3; k++) v[k] = s * (m[4 * k] * (double)x.x + m[4 * k + 1] * (double)x.y + m[4 * k + 2] * (double)x.z);
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+/* Clamped far outside any model, so that the squares of distances stay finite. */
+SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+{
+    double s = 1.0 / (double)ctx->smallest_spacing, v[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        v[k] = s * ((double)world[k] - ctx->to_world[4 * k + 3]);
+        v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
+    }
+    return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+SPRINGLS__FN springls_status springls__model_refresh(springls_context *ctx)
+{
+    int i, m;
+    if (ctx->model_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->model, ctx->set.count));
+    for (i = 0; i < ctx->set.count; i++)
+        for (m = 0; m < 3; m++) ctx->model.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->set.s[i].q[m]);
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->model, ctx->set.count));
+    ctx->model_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* ---- material coordinates ---- */
+
+/* Least squares for the affine map p -> a around a place x of the model: a(x + r) = c + A r. The unknowns of each
+   coordinate of a are (c, A's row); `normal` and `normal_a` are the model's and the original's unit normals there: where
+   the neighbours lie in a plane, A is taken to map one to the other. Exact for models that moved rigidly. */
+typedef struct springls__affine_fit { double m[4][4], rhs[4][3], weight; int count; } springls__affine_fit;
+
+SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
+{
+    double row[4], value[3];
+    int i, j;
+    row[0] = 1.0; row[1] = (double)r.x; row[2] = (double)r.y; row[3] = (double)r.z;
+    value[0] = (double)a.x; value[1] = (double)a.y; value[2] = (double)a.z;
+    for (i = 0; i < 4; i++) {
+        for (j = 0; j < 4; j++) fit->m[i][j] += weight * row[i] * row[j];
+        for (j = 0; j < 3; j++) fit->rhs[i][j] += weight * row[i] * value[j];
+    }
+    fit->weight += weight;
+    fit->count++;
+}
+
+/* A * normal = normal_a, as one more equation of the given weight. */
+SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
+{
+    double row[4], value[3];
+    int i, j;
+    row[0] = 0.0; row[1] = (double)n.x; row[2] = (double)n.y; row[3] = (double)n.z;
+    value[0] = (double)n_a.x; value[1] = (double)n_a.y; value[2] = (double)n_a.z;
+    for (i = 1; i < 4; i++) {
+        for (j = 1; j < 4; j++) fit->m[i][j] += weight * row[i] * row[j];
+        for (j = 0; j < 3; j++) fit->rhs[i][j] += weight * row[i] * value[j];
+    }
+}
+
+/* Solves for c by elimination without pivoting (the matrix is symmetric and positive). False when it is nearly singular. */
+SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls__v3 *c)
+{
+    int order[4], i, j, k;
+    for (i = 0; i < 4; i++) order[i] = 3 - i; /* c last: it is then the first to be known */
+    for (i = 0; i < 3; i++) {
+        int p = order[i];
+        if (!(fit->m[p][p] > 1e-4 * fit->weight)) return false;
+        for (j = i + 1; j < 4; j++) {
+            int q = order[j];
+            double f = fit->m[q][p] / fit->m[p][p];
+            for (k = i; k < 4; k++) fit->m[q][order[k]] -= f * fit->m[p][order[k]];
+            for (k = 0; k < 3; k++) fit->rhs[q][k] -= f * fit->rhs[p][k];
+        }
+    }
+    if (!(fit->m[0][0] > 1e-6 * fit->weight)) return false;
+    *c = springls__v3_make((float)(fit->rhs[0][0] / fit->m[0][0]), (float)(fit->rhs[0][1] / fit->m[0][0]),
+                           (float)(fit->rhs[0][2] / fit->m[0][0]));
+    return true;
+}
+
+/* What is left when there are too few neighbours: an original springl is taken for the triangle `own` that it came from,
+   any other has its one correspondence. */
+SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+{
+    springls__tri t = springls__springl_tri(&ctx->set.s[springl]);
+    springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->set.s[springl].p);
+    springls__v3 a = ctx->set.a[springl];
+    if (ctx->set.generation[springl]) return a;
+    a = springls__mad(a, own.a, at.bary[0] - center.bary[0]);
+    a = springls__mad(a, own.b, at.bary[1] - center.bary[1]);
+    return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
+}
+
+/* The place on the original surface of place x (voxels) of a springl, before projection: the affine map of the springls
+   around it that face the same side. `own` is the original triangle at the springl's correspondence. */
+SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+{
+    const float radius = 2.5f * springls__max(1.0f, ctx->set.s[springl].reach); /* voxels */
+    const springls__surface *model = &ctx->model;
+    const springls__springl *s = ctx->set.s;
+    springls__v3 normal = springls__springl_normal(&s[springl]), center = springls__voxel_to_model(ctx, x), result;
+    springls__affine_fit fit;
+    float widest = 0.0f, search;
+    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    for (i = 0; i < 3; i++) widest = springls__max(widest, (float)ctx->desc.grid.spacing[i]);
+    search = radius * widest / ctx->smallest_spacing;
+    memset(&fit, 0, sizeof fit);
+    if (model->count) stack[top++] = 0;
+    while (top) {
+        const springls__bvh_node *node = &model->nodes[stack[--top]];
+        if (springls__bvh_box_distance2(node, center) > search * search) continue;
+        if (!node->count) {
+            stack[top++] = node->first + 1;
+            stack[top++] = node->first;
+            continue;
+        }
+        for (i = 0; i < node->count; i++) {
+            int j = model->order[node->first + i];
+            springls__v3 r = springls__sub(s[j].p, x);
+            float d2 = springls__length2(r) / (radius * radius), apart;
+            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(&s[j]), normal) > 0.0f)) continue;
+            apart = springls__length2(springls__sub(ctx->set.a[j], ctx->set.a[springl]));
+            if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+            springls__affine_fit_add(&fit, r, ctx->set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
+        }
+    }
+    if (fit.count >= 4) {
+        springls__affine_fit_normal(&fit, normal, springls__tri_normal(own), 0.1 * fit.weight);
+        if (springls__affine_fit_solve(&fit, &result)) return result;
+    }
+    return springls__own_correspondence(ctx, springl, x, own);
+}
+
+/* The triangle and barycentric coordinates in the mesh as it was given. */
+SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle, float bary[3])
+{
+    int source = surface->source ? surface->source[h->triangle] : 2 * h->triangle;
+    *triangle = source / 2;
+    bary[0] = h->hit.bary[0];
+    bary[1] = h->hit.bary[source & 1 ? 2 : 1];
+    bary[2] = h->hit.bary[source & 1 ? 1 : 2];
+}
+
+/* The material point of place x (voxels) of a springl: triangle -1 when there is no original surface. */
+SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x)
+{
+    springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->set.a[springl], FLT_MAX);
+    springls__v3 a;
+    if (own.triangle < 0) return own;
+    a = springls__fit_correspondence(ctx, springl, x, springls__surface_triangle(&ctx->original, own.triangle));
+    return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
+}
+
+/* ---- closest point, rays ---- */
+
+typedef struct springls__hit_query {
+    const springls_context *ctx;
+    const float *points, *directions;
+    float max_distance; /* model units */
+    springls_hit *out;
+} springls__hit_query;
+
+/* distance: model units. */
+SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+{
+    springls__v3 voxel;
+    springls__surface_hit material;
+    const springls__springl *s;
+    int k;
+    memset(out, 0, sizeof *out);
+    out->springl = h->triangle;
+    out->material_triangle = -1;
+    if (h->triangle < 0) return;
+    s = &ctx->set.s[h->triangle];
+    for (k = 0; k < 3; k++) out->barycentric[k] = h->hit.bary[k];
+    voxel = springls__scale(s->q[0], h->hit.bary[0]);
+    voxel = springls__mad(voxel, s->q[1], h->hit.bary[1]);
+    voxel = springls__mad(voxel, s->q[2], h->hit.bary[2]);
+    springls__voxel_to_world(ctx, voxel, out->point);
+    out->distance = distance * ctx->smallest_spacing;
+    material = springls__material_at(ctx, h->triangle, voxel);
+    if (material.triangle < 0) return;
+    springls__voxel_to_world(ctx, material.hit.point, out->material);
+    springls__source_of(&ctx->original, &material, &out->material_triangle, out->material_barycentric);
+}
+
+SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i, guess = -1;
+    for (i = begin; i < end; i++) {
+        springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
+        springls__surface_hit h = springls__surface_closest_from(&q->ctx->model, x, FLT_MAX, guess);
+        guess = h.triangle;
+        springls__hit_fill(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
+    }
+}
+
+SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
+{
+    const springls__hit_query *q = (const springls__hit_query *)arg;
+    int i;
+    for (i = begin; i < end; i++) {
+        springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
+        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i);
+        springls__surface_hit h;
+        float largest = springls__max_coordinate(d);
+        if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
+        h = springls__surface_ray(&q->ctx->model, x, d, q->max_distance);
+        springls__hit_fill(q->ctx, &h, h.t, &q->out[i]);
+    }
+}
+
+/* The closest place of any springl, wherever the point is. */
+SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out)
+{
+    springls__hit_query q;
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "closest"));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memset(&q, 0, sizeof q);
+    q.ctx = ctx;
+    q.points = points;
+    q.out = out;
+    springls__parallel(ctx, count, 64, springls__closest_task, &q);
+    return SPRINGLS_OK;
+}
+
+/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Directions need not be unit
+   vectors; a direction of no length hits nothing. */
+SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
+                                              int count, float max_distance, springls_hit *out)
+{
+    springls__hit_query q;
+    SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
+    SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
+    if (!(max_distance >= 0.0f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: negative max_distance");
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    q.ctx = ctx;
+    q.points = origins;
+    q.directions = directions;
+    q.max_distance = max_distance > 0.0f ? springls__min(max_distance / ctx->smallest_spacing, 1e18f) : 1e18f;
+    q.out = out;
+    springls__parallel(ctx, count, 64, springls__raycast_task, &q);
+    return SPRINGLS_OK;
+}

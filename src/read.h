@@ -1,0 +1,110 @@
+/* read.h - what can be read from a model without computing much: views, coordinates, packed forms, dense copies. */
+
+SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel)
+{
+    int i;
+    if (!ctx || !world || !voxel) return;
+    for (i = 0; i < count; i++) {
+        springls__v3 x = springls__world_to_voxel(ctx, world + 3 * (size_t)i);
+        voxel[3 * (size_t)i] = x.x;
+        voxel[3 * (size_t)i + 1] = x.y;
+        voxel[3 * (size_t)i + 2] = x.z;
+    }
+}
+
+SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world)
+{
+    int i;
+    if (!ctx || !world || !voxel) return;
+    for (i = 0; i < count; i++)
+        springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
+}
+
+SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->set.count : 0; }
+
+SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const void *data, size_t stride)
+{
+    springls_view view;
+    view.count = springls_count(ctx);
+    view.data = view.count ? (const float *)data : NULL;
+    view.stride = stride;
+    return view;
+}
+
+SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx)
+{
+    return springls__view(ctx, ctx && ctx->set.s ? ctx->set.s->q : NULL, sizeof(springls__springl));
+}
+
+SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx)
+{
+    return springls__view(ctx, ctx && ctx->set.s ? &ctx->set.s->p : NULL, sizeof(springls__springl));
+}
+
+SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx)
+{
+    return springls__view(ctx, ctx ? ctx->set.a : NULL, sizeof(springls__v3));
+}
+
+SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx) { return ctx ? ctx->set.id : NULL; }
+
+SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx) { return ctx ? ctx->set.generation : NULL; }
+
+SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out)
+{
+    int i, m;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out && ctx->set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
+    for (i = 0; i < ctx->set.count; i++) {
+        const springls__springl *s = &ctx->set.s[i];
+        float *row = out + 16 * (size_t)i;
+        row[0] = s->p.x; row[1] = s->p.y; row[2] = s->p.z;
+        row[3] = springls__grid_sample(&ctx->grid, ctx->grid.phi, s->p);
+        for (m = 0; m < 3; m++) {
+            row[4 * m + 4] = s->q[m].x; row[4 * m + 5] = s->q[m].y; row[4 * m + 6] = s->q[m].z;
+        }
+        row[7] = ctx->set.a[i].x; row[11] = ctx->set.a[i].y; row[15] = ctx->set.a[i].z;
+    }
+    return SPRINGLS_OK;
+}
+
+/* The radius reaches from the particle to the furthest vertex: the surfels cover what the triangles cover. */
+SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out)
+{
+    int i, m;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out && ctx->set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
+    for (i = 0; i < ctx->set.count; i++) {
+        const springls__springl *s = &ctx->set.s[i];
+        float *surfel = out + 7 * (size_t)i, normal[3];
+        springls__v3 n;
+        springls__voxel_to_world(ctx, s->p, surfel);
+        springls__covector_to_world(ctx, springls__springl_normal(s), (double)ctx->smallest_spacing, normal);
+        n = springls__normalize(springls__load3(normal));
+        surfel[3] = n.x; surfel[4] = n.y; surfel[5] = n.z;
+        surfel[6] = 0.0f;
+        for (m = 0; m < 3; m++) {
+            springls__v3 to = springls__voxel_to_model(ctx, springls__sub(s->q[m], s->p));
+            surfel[6] = springls__max(surfel[6], springls__length(to) * ctx->smallest_spacing);
+        }
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out)
+{
+    const springls__grid *g;
+    int x, y, z;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
+    g = &ctx->grid;
+    for (z = 0; z < g->size[2]; z++)
+        for (y = 0; y < g->size[1]; y++)
+            for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* row by row of a brick */
+                int n = springls__imin(SPRINGLS__BRICK, g->size[0] - x);
+                const float *brick = g->phi + (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS;
+                memcpy(out, brick + springls__voxel_in_brick(x, y, z), (size_t)n * sizeof *out);
+                out += n;
+            }
+    return SPRINGLS_OK;
+}

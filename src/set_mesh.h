@@ -1,0 +1,477 @@
+/* set_mesh.h - an indexed triangle mesh becomes springls and a level set.
+
+   Signs come from one mechanism, the generalised winding number, for clean and dirty meshes alike. Where every edge is
+   balanced (as many triangles run along it one way as the other) it is a whole number and changes at the surface only;
+   then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
+   edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
+   There phi is the distance to the triangles times |1 - 2 w|: its zero level is the triangles and the film together.
+
+   Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
+
+typedef struct springls__mesh_edge { int low, high, count, half[2], balance; } springls__mesh_edge;
+
+/* Working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the triangle's next corner. */
+typedef struct springls__mesh_intake {
+    springls__v3 *point;    /* voxel coordinates, by position                                                   */
+    int *weld;              /* the first position equal to a position                                           */
+    int *table;             /* hash table: positions, later edges; -1 is free                                   */
+    int *corner, *triangle; /* 3 welded corners and the number of every triangle without repeated corners       */
+    int *edge;              /* of a half-edge                                                                   */
+    springls__mesh_edge *edges;
+    uint8_t *turn;          /* the triangle is to be turned; 2: not reached yet                                 */
+    int *queue;
+    int count, edge_count;
+    size_t table_size;
+    springls__buffer memory[9];
+} springls__mesh_intake;
+
+SPRINGLS__FN void springls__mesh_intake_free(springls_context *ctx, springls__mesh_intake *m)
+{
+    int i;
+    for (i = 0; i < 9; i++) springls__buffer_free(ctx, &m->memory[i]);
+}
+
+SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx, springls__mesh_intake *m, int positions,
+                                                           int triangles)
+{
+    size_t n = (size_t)positions, t = (size_t)triangles;
+    m->table_size = 16;
+    while (m->table_size < 2 * n || m->table_size < 6 * t) m->table_size *= 2;
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[2], m->table_size, sizeof *m->table, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[3], 3 * t, sizeof *m->corner, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[4], t, sizeof *m->triangle, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[5], 3 * t, sizeof *m->edge, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[6], 3 * t, sizeof *m->edges, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[7], t, sizeof *m->turn, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &m->memory[8], t, sizeof *m->queue, 0));
+    m->point = (springls__v3 *)m->memory[0].data;
+    m->weld = (int *)m->memory[1].data;
+    m->table = (int *)m->memory[2].data;
+    m->corner = (int *)m->memory[3].data;
+    m->triangle = (int *)m->memory[4].data;
+    m->edge = (int *)m->memory[5].data;
+    m->edges = (springls__mesh_edge *)m->memory[6].data;
+    m->turn = (uint8_t *)m->memory[7].data;
+    m->queue = (int *)m->memory[8].data;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN size_t springls__mesh_hash(uint32_t a, uint32_t b, uint32_t c)
+{
+    uint64_t h = ((uint64_t)a << 32 | b) * 0x9E3779B97F4A7C15u;
+    h ^= h >> 29;
+    h = (h ^ c) * 0xBF58476D1CE4E5B9u;
+    h ^= h >> 32;
+    return (size_t)h;
+}
+
+SPRINGLS__FN uint32_t springls__float_bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
+{
+    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
+}
+
+SPRINGLS__FN bool springls__finite(double x) { return x - x == 0.0; }
+
+/* y = M x, M row-major 3x4. */
+SPRINGLS__FN void springls__transform(const double *m, double x, double y, double z, double out[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
+}
+
+SPRINGLS__FN double springls__determinant(const double *m)
+{
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+/* Checks every index and every used position, and welds equal points. lower, upper: the mesh's bounds in voxels. */
+SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
+                                                 int position_count, size_t stride, const int *triangles,
+                                                 int triangle_count, float lower[3], float upper[3])
+{
+    const double furthest = 1e6; /* voxels: beyond it float32 does not resolve a twentieth of a voxel */
+    size_t mask = m->table_size - 1, slot;
+    int i, j, k;
+    for (i = 0; i < position_count; i++) m->weld[i] = -1;
+    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
+    for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
+    for (j = 0; j < 3 * triangle_count; j++) {
+        const float *world;
+        double voxel[3];
+        float x[3];
+        i = triangles[j];
+        if (i < 0 || i >= position_count)
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
+        if (m->weld[i] >= 0) continue;
+        world = springls__mesh_position(positions, stride, i);
+        for (k = 0; k < 3; k++)
+            if (!springls__finite((double)world[k]))
+                return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", i);
+        springls__transform(ctx->to_voxel, (double)world[0], (double)world[1], (double)world[2], voxel);
+        for (k = 0; k < 3; k++) {
+            if (!(voxel[k] >= -furthest && voxel[k] <= furthest))
+                return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", i);
+            x[k] = (float)voxel[k] + 0.0f; /* no negative zero */
+            lower[k] = springls__min(lower[k], x[k]);
+            upper[k] = springls__max(upper[k], x[k]);
+        }
+        m->point[i] = springls__v3_make(x[0], x[1], x[2]);
+        slot = springls__mesh_hash(springls__float_bits(x[0]), springls__float_bits(x[1]), springls__float_bits(x[2])) & mask;
+        for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+            springls__v3 other = m->point[m->table[slot]];
+            if (other.x == x[0] && other.y == x[1] && other.z == x[2]) break;
+        }
+        if (m->table[slot] < 0) m->table[slot] = i;
+        m->weld[i] = m->table[slot];
+    }
+    m->count = 0;
+    for (j = 0; j < triangle_count; j++) {
+        int a = m->weld[triangles[3 * j]], b = m->weld[triangles[3 * j + 1]], c = m->weld[triangles[3 * j + 2]];
+        if (a == b || b == c || c == a) continue;
+        m->corner[3 * m->count] = a;
+        m->corner[3 * m->count + 1] = b;
+        m->corner[3 * m->count + 2] = c;
+        m->triangle[m->count++] = j;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
+
+/* +1 when the half-edge runs from its edge's lower corner to the higher, -1 otherwise. */
+SPRINGLS__FN int springls__mesh_direction(const springls__mesh_intake *m, int half)
+{
+    return m->corner[half] < m->corner[springls__mesh_next(half)] ? 1 : -1;
+}
+
+SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
+{
+    size_t mask = m->table_size - 1, slot;
+    int h;
+    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
+    m->edge_count = 0;
+    for (h = 0; h < 3 * m->count; h++) {
+        int a = m->corner[h], b = m->corner[springls__mesh_next(h)], low = a < b ? a : b, high = a < b ? b : a;
+        springls__mesh_edge *edge;
+        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 0u) & mask;
+        while (m->table[slot] >= 0 && (m->edges[m->table[slot]].low != low || m->edges[m->table[slot]].high != high))
+            slot = (slot + 1) & mask;
+        if (m->table[slot] < 0) {
+            m->table[slot] = m->edge_count;
+            edge = &m->edges[m->edge_count++];
+            memset(edge, 0, sizeof *edge);
+            edge->low = low;
+            edge->high = high;
+        }
+        m->edge[h] = m->table[slot];
+        edge = &m->edges[m->edge[h]];
+        if (edge->count < 2) edge->half[edge->count] = h;
+        edge->count++;
+    }
+}
+
+/* Adds up, for every edge, which way its triangles run along it; returns how many edges are not balanced. */
+SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
+{
+    int e, h, unbalanced = 0;
+    for (e = 0; e < m->edge_count; e++) m->edges[e].balance = 0;
+    for (h = 0; h < 3 * m->count; h++)
+        m->edges[m->edge[h]].balance += springls__mesh_direction(m, h) * (m->turn[h / 3] ? -1 : 1);
+    for (e = 0; e < m->edge_count; e++) unbalanced += m->edges[e].balance != 0;
+    return unbalanced;
+}
+
+SPRINGLS__FN int springls__mesh_root(int *parent, int i)
+{
+    while (parent[i] != i) {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    return i;
+}
+
+/* Parts that share a point are one component. `weld` has done its work and becomes the forest. */
+SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
+{
+    int h, components = 0;
+    for (h = 0; h < 3 * m->count; h++) m->weld[m->corner[h]] = -1;
+    for (h = 0; h < 3 * m->count; h++) {
+        if (m->weld[m->corner[h]] >= 0) continue;
+        m->weld[m->corner[h]] = m->corner[h];
+        components++;
+    }
+    for (h = 0; h < 3 * m->count; h++) {
+        int a = springls__mesh_root(m->weld, m->corner[h]);
+        int b = springls__mesh_root(m->weld, m->corner[springls__mesh_next(h)]);
+        if (a == b) continue;
+        m->weld[a > b ? a : b] = a > b ? b : a;
+        components--;
+    }
+    return components;
+}
+
+SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, int triangle)
+{
+    springls__tri t;
+    t.a = m->point[m->corner[3 * triangle]];
+    t.b = m->point[m->corner[3 * triangle + 1]];
+    t.c = m->point[m->corner[3 * triangle + 2]];
+    return (double)springls__length(springls__tri_area2(t));
+}
+
+/* Turns triangles so that neighbours agree: over every patch joined by edges of two triangles, the smaller area turns. */
+SPRINGLS__FN void springls__mesh_orient(springls__mesh_intake *m)
+{
+    int seed, i, k;
+    memset(m->turn, 2, (size_t)m->count);
+    for (seed = 0; seed < m->count; seed++) {
+        int head = 0, tail = 0;
+        double area[2] = { 0.0, 0.0 };
+        if (m->turn[seed] != 2) continue;
+        m->turn[seed] = 0;
+        m->queue[tail++] = seed;
+        while (head < tail) {
+            int t = m->queue[head++];
+            area[m->turn[t]] += springls__mesh_double_area(m, t);
+            for (k = 0; k < 3; k++) {
+                int h = 3 * t + k, other, same;
+                const springls__mesh_edge *edge = &m->edges[m->edge[h]];
+                if (edge->count != 2) continue;
+                other = edge->half[0] == h ? edge->half[1] : edge->half[0];
+                if (m->turn[other / 3] != 2) continue;
+                same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
+                m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
+                m->queue[tail++] = other / 3;
+            }
+        }
+        if (area[1] > area[0])
+            for (i = 0; i < tail; i++) m->turn[m->queue[i]] ^= 1;
+    }
+}
+
+/* Signed volume, about the area's centre, and area, world units. turned: as the triangles will be, not as they came. */
+SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride, bool turned,
+                                          double *area)
+{
+    double center[3] = { 0.0, 0.0, 0.0 }, volume = 0.0, total = 0.0;
+    int pass, t, i, k;
+    for (pass = 0; pass < 2; pass++) {
+        for (t = 0; t < m->count; t++) {
+            double p[3][3], n[3], a, v = 0.0;
+            for (i = 0; i < 3; i++)
+                for (k = 0; k < 3; k++)
+                    p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - (pass ? center[k] : 0.0);
+            for (k = 0; k < 3; k++) {
+                int u = (k + 1) % 3, w = (k + 2) % 3;
+                n[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
+            }
+            if (pass) {
+                for (k = 0; k < 3; k++) v += n[k] * p[0][k];
+                volume += turned && m->turn[t] ? -v : v;
+            } else {
+                a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+                total += a;
+                for (k = 0; k < 3; k++) center[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
+            }
+        }
+        for (k = 0; k < 3 && !pass; k++) center[k] = total > 0.0 ? center[k] / total : 0.0;
+    }
+    *area = 0.5 * total;
+    return volume / 6.0;
+}
+
+/* ---- the signed distance ---- */
+
+typedef struct springls__mesh_distance {
+    const springls__surface *surface;
+    bool balanced;
+    float limit; /* of a balanced mesh: further away is not measured */
+} springls__mesh_distance;
+
+SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
+{
+    const springls__bvh_node *n = &surface->nodes[0];
+    return x.x < n->lower[0] || x.y < n->lower[1] || x.z < n->lower[2] || x.x > n->upper[0] || x.y > n->upper[1]
+           || x.z > n->upper[2];
+}
+
+/* The place of an earlier point of the batch that is certainly on the same side as point i, or -1. */
+SPRINGLS__FN int springls__same_side_as(const springls__v3 *points, const float *out, int i, float distance)
+{
+    static const int back[4] = { 1, 8, 64, 2 };
+    int b;
+    for (b = 0; b < 4; b++) {
+        int j = i - back[b];
+        if (j < 0) continue;
+        if (distance + springls__fabs(out[j]) > 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f) return j;
+    }
+    return -1;
+}
+
+/* A springls__distance_fn. */
+SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
+{
+    const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
+    int i, guess = -1;
+    for (i = 0; i < count; i++) {
+        springls__surface_hit h = springls__surface_closest_from(m->surface, points[i], m->limit, guess);
+        float distance = h.triangle < 0 ? m->limit : springls__sqrt(h.hit.d2);
+        guess = h.triangle;
+        if (m->balanced) {
+            int side = springls__same_side_as(points, out, i, distance);
+            bool inside;
+            if (side >= 0) inside = out[side] < 0.0f;
+            else if (springls__beyond_bounds(m->surface, points[i])) inside = false;
+            else inside = springls__surface_winding(m->surface, points[i], 2.0f) > 0.5f;
+            out[i] = inside ? -distance : distance;
+        } else {
+            float w = springls__clamp(springls__surface_winding(m->surface, points[i], 3.0f), 0.0f, 1.0f);
+            out[i] = distance * (1.0f - 2.0f * w);
+        }
+    }
+}
+
+/* ---- the call ---- */
+
+SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, int left)
+{
+    if (!r->closed)
+        springls__log(ctx, 2, "mesh not closed (%d boundary, %d non-manifold, %d misoriented edges): inside is where the "
+                      "winding number exceeds one half; %d triangles without area dropped%s", r->boundary_edges,
+                      r->nonmanifold_edges, r->misoriented_edges, r->triangles_dropped, left ? "" : ", orientation repaired");
+    else if (r->flipped || r->triangles_dropped)
+        springls__log(ctx, 2, "mesh%s, %d triangles without area dropped", r->flipped ? " was inside out and has been turned"
+                      : " is closed", r->triangles_dropped);
+}
+
+/* Moves the triangles that have an area to the front; they may be none. */
+SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
+{
+    int t, k, n = 0;
+    for (t = 0; t < m->count; t++) {
+        if (!(springls__mesh_double_area(m, t) > 1e-10)) continue; /* as springls__tri_closest has it */
+        for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
+        m->triangle[n] = m->triangle[t];
+        m->turn[n++] = m->turn[t];
+    }
+    m->count = n;
+}
+
+SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, bool balanced)
+{
+    springls__mesh_distance distance;
+    uint8_t mirrored = springls__determinant(ctx->to_voxel) < 0.0;
+    int t, k;
+    SPRINGLS__TRY(springls_reset(ctx));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
+    for (t = 0; t < m->count; t++) {
+        springls__springl s;
+        springls__tri tri;
+        memset(&s, 0, sizeof s);
+        m->turn[t] ^= mirrored;
+        for (k = 0; k < 3; k++) s.q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
+        tri.a = s.q[0]; tri.b = s.q[1]; tri.c = s.q[2];
+        s.p = springls__tri_centroid(tri);
+        springls__constellation_append(ctx, &s, s.p, 0u, 0u);
+    }
+    SPRINGLS__TRY(springls__surface_build_springls(ctx, &ctx->original, ctx->set.s, ctx->set.count));
+    SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
+    distance.surface = &ctx->original;
+    distance.balanced = balanced;
+    distance.limit = balanced ? ctx->params.band_half_width + 16.0f : 1e30f;
+    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
+    if (!balanced) SPRINGLS__TRY(springls_rebuild(ctx));
+    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    SPRINGLS__TRY(springls__grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
+    ctx->original.source = (int *)ctx->original.source_memory.data;
+    for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls__mesh_intake *m, const float *positions,
+                                                 int position_count, size_t stride, const int *triangles, int triangle_count,
+                                                 springls_mesh_report *report)
+{
+    float lower[3], upper[3];
+    bool beyond = false, outside = false;
+    int e, t, k, unbalanced;
+    springls_status status;
+    SPRINGLS__TRY(springls__mesh_intake_reserve(ctx, m, position_count, triangle_count));
+    SPRINGLS__TRY(springls__mesh_weld(ctx, m, positions, position_count, stride, triangles, triangle_count, lower, upper));
+    for (k = 0; k < 3; k++) {
+        float last = (float)ctx->desc.grid.size[k] - 0.5f;
+        beyond = beyond || lower[k] < -0.5f || upper[k] > last;
+        outside = outside || upper[k] < -0.5f || lower[k] > last;
+    }
+    if (outside) return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh lies outside the grid: voxels (%g %g %g) to (%g %g %g)",
+                                       (double)lower[0], (double)lower[1], (double)lower[2], (double)upper[0],
+                                       (double)upper[1], (double)upper[2]);
+    springls__mesh_edges(m);
+    for (e = 0; e < m->edge_count; e++) {
+        const springls__mesh_edge *edge = &m->edges[e];
+        report->boundary_edges += edge->count == 1;
+        report->nonmanifold_edges += edge->count > 2;
+        report->misoriented_edges += edge->count == 2 && springls__mesh_direction(m, edge->half[0])
+                                                             == springls__mesh_direction(m, edge->half[1]);
+    }
+    report->closed = !report->boundary_edges && !report->nonmanifold_edges && !report->misoriented_edges;
+    report->used_winding = !report->closed;
+    report->components = springls__mesh_components(m);
+    memset(m->turn, 0, (size_t)m->count);
+    report->volume = springls__mesh_volume(m, positions, stride, false, &report->area);
+    if (report->misoriented_edges) springls__mesh_orient(m);
+    unbalanced = springls__mesh_balance(m);
+    {
+        double area;
+        report->flipped = springls__mesh_volume(m, positions, stride, true, &area) < 0.0;
+    }
+    if (report->flipped)
+        for (t = 0; t < m->count; t++) m->turn[t] ^= 1;
+    springls__mesh_drop_flat(m);
+    report->triangles_dropped = triangle_count - m->count;
+    if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
+    status = springls__mesh_adopt(ctx, m, unbalanced == 0);
+    if (status != SPRINGLS_OK) { /* empty, with the first failure's text */
+        char error[sizeof ctx->error];
+        memcpy(error, ctx->error, sizeof error);
+        springls_reset(ctx);
+        memcpy(ctx->error, error, sizeof error);
+        return status;
+    }
+    springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
+    if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
+                                               size_t stride, const int *triangles, int triangle_count,
+                                               springls_mesh_report *report)
+{
+    springls__mesh_intake intake;
+    springls_mesh_report own;
+    springls_status status;
+    if (!report) report = &own;
+    memset(report, 0, sizeof *report);
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (stride == 0) stride = 3 * sizeof(float);
+    if (position_count < 0 || triangle_count < 0 || triangle_count > INT32_MAX / 6)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions, %d triangles", position_count, triangle_count);
+    if (stride < 3 * sizeof(float) || stride % sizeof(float))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes", (unsigned long)stride);
+    if ((!positions && position_count) || (!triangles && triangle_count))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: NULL array");
+    if (!triangle_count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no triangles");
+    memset(&intake, 0, sizeof intake);
+    status = springls__mesh_take(ctx, &intake, positions, position_count, stride, triangles, triangle_count, report);
+    springls__mesh_intake_free(ctx, &intake);
+    return status;
+}
