@@ -1,6 +1,7 @@
 # springls: what there is to build, test and measure. `make` alone lists it.
 #
-#   CC=clang CXX=clang++   other compilers        OPT=-O1      optimisation        NATIVE=1   tune for this machine
+#   CC=clang CXX=clang++   other compilers        OPT=-O1   optimisation        CFLAGS=...   more flags
+#   NATIVE=1               tune for this machine
 #   OPENMP=0 / OPENMP=1    threads by OpenMP: examples and benchmarks have them unless 0, tests only when 1
 #   PARTS=1                tests read src/springls_parts.h, so that compiler messages name the part
 #   SPRINGLS_DATA=folder   an optional collection of test data; without it the tests that want it are skipped
@@ -15,10 +16,11 @@ WARNINGS      = -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow
 EXACT         = -ffp-contract=off
 STRICT        = -std=c99 $(WARNINGS) -Werror $(EXACT)
 MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
-EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXACT) $(or $(OPT),-O3) $(MACHINE) $(if $(filter 0,$(OPENMP)),,-fopenmp)
+EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
+                $(if $(filter 0,$(OPENMP)),,-fopenmp) $(CFLAGS)
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
-                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS)
-# Only what a program really uses is linked: --as-needed drops the rest.
+                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(CFLAGS)
+# Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
 EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lz -lm -pthread
 TEST_LIBS     = -lm -pthread
 
@@ -28,14 +30,14 @@ COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examp
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
 BENCHES      := $(patsubst tests/bench/%.c,build/bench/%,$(wildcard tests/bench/*.c)) \
                 $(patsubst tests/bench/%.cc,build/bench/%,$(wildcard tests/bench/*.cc))
-# Sanitized tests live in a folder of their own, beside the plain ones.
-VARIANT      ?= plain
-TESTS        := $(patsubst tests/%.c,build/test-$(VARIANT)/%,$(sort $(wildcard tests/test_*.c)))
+# Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
+TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
+TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(sort $(wildcard tests/test_*.c)))
 
 export SPRINGLS_DATA
 
 .PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper install format clean \
-        asan ubsan tsan compile-matrix
+        asan ubsan tsan compile-matrix deps-matrix bench-run FORCE
 .DELETE_ON_ERROR:
 
 help:   ## this list
@@ -69,17 +71,23 @@ check: build/embed   ## is springls.h what the parts produce? is its OpenCL text
 	@build/print_kernels > build/kernels.cl
 	@tests/compile/kernels.sh build/kernels.cl
 
+# What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
+.PRECIOUS: %/settings
+%/settings: FORCE
+	@mkdir -p $(@D)
+	@echo '$(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS)' | cmp -s - $@ || \
+	  echo '$(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS)' > $@
+
 # ---- examples ----
 
-build/common/%.o: examples/common/%.c springls.h
-	@mkdir -p $(@D)
+build/common/%.o: examples/common/%.c build/common/settings
 	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -c -o $@ $<
 
 build/libcommon.a: $(COMMON)
 	@rm -f $@
 	$(AR) rcs $@ $(COMMON)
 
-build/%: examples/%.c springls.h build/libcommon.a
+build/%: examples/%.c springls.h build/libcommon.a build/common/settings
 	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF build/$*.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
 
 examples: $(EXAMPLES)   ## build every program of examples/ into build/
@@ -95,8 +103,7 @@ demo: deps-demo   ## from nothing to results: set-up, build, two programs run in
 
 # ---- tests ----
 
-build/test-$(VARIANT)/%: tests/%.c springls.h $(PARTS_FILES)
-	@mkdir -p $(@D)
+$(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
 	$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
 
 test: deps-test   ## build and run tests/test_*.c, each a program of its own
@@ -119,12 +126,10 @@ compile-matrix: deps-matrix   ## springls.h in every language, linkage and names
 
 # ---- measurements ----
 
-build/bench/%: tests/bench/%.c springls.h build/libcommon.a
-	@mkdir -p $(@D)
+build/bench/%: tests/bench/%.c springls.h build/libcommon.a build/bench/settings
 	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS) $(BENCH_LIBS)
 
-build/bench/%: tests/bench/%.cc springls.h build/libcommon.a
-	@mkdir -p $(@D)
+build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/settings
 	$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
 	  $(EXAMPLE_LIBS) -lopenvdb -ltbb $(BENCH_LIBS)
 
@@ -151,4 +156,4 @@ format:   ## lay out the sources as .clang-format says
 clean:   ## remove build/
 	rm -rf build
 
--include $(wildcard build/*.d build/common/*.d build/test-*/*.d build/bench/*.d)
+-include $(wildcard build/*.d build/common/*.d build/test*/*.d build/bench/*.d)

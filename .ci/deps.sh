@@ -1,6 +1,6 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: test demo bench matrix check. CC and CXX name the compilers that are wanted.
+# system's package manager. Groups: test demo bench matrix make. CC and CXX name the compilers that are wanted.
 # Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -26,9 +26,12 @@ headers='stdio.h libc6-dev'
 for group; do
     need_command "${CC%% *}" "$(compiler_package "$CC")"
     case $group in
-    test|check) ;;
+    make)
+        need_command make make ;;
+    test) ;;
     matrix)
-        for c in gcc g++ clang; do need_command $c $c; done ;;
+        for c in gcc g++ clang; do need_command $c $c; done
+        echo '#include <omp.h>' | clang -fopenmp -E - > /dev/null 2>&1 || need libomp-dev ;;
     demo|bench)
         headers="$headers
             stb/stb_image_write.h libstb-dev
@@ -43,7 +46,7 @@ for group; do
             tbb/tbb.h libtbb-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, bench, matrix, check)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, bench, matrix, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

@@ -3,11 +3,12 @@
 #   -Wpadded, -Wunused-macros, -Wunused-function, -Wmissing-prototypes   of no meaning to a program text on its own
 #   -Wdeclaration-after-statement                                       warns of something C90 forbids
 #   -Wfloat-equal                                                       comparing with exact values is meant where it is done
+# __OPENCL_VERSION__ is the device's and defined by its driver, not by clang; -nostdlibinc: no host header may come in.
 set -u
 if ! command -v clang > /dev/null 2>&1; then
     echo "kernels: not checked, there is no clang here"
     exit 0
 fi
-clang -x cl -cl-std=CL1.2 -fsyntax-only -Weverything -Werror -Wno-padded -Wno-unused-macros -Wno-unused-function \
+clang -x cl -cl-std=CL1.2 -D__OPENCL_VERSION__=120 -nostdlibinc -fsyntax-only -Weverything -Werror -Wno-padded -Wno-unused-macros -Wno-unused-function \
     -Wno-missing-prototypes -Wno-declaration-after-statement -Wno-float-equal "$1" &&
     echo "kernels: clean, $(wc -l < "$1") lines"

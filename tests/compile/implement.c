@@ -1,0 +1,3 @@
+/* The one file that holds the implementation. */
+#define SPRINGLS_IMPLEMENTATION
+#include "springls.h"

@@ -1,0 +1,121 @@
+#!/bin/bash
+# matrix.sh: is springls.h clean in every way it can be used? A check passes when its commands succeed and say nothing.
+# From the repository's root. The last line is "N passed, N failed".
+set -u
+here=tests/compile
+out=build/compile
+warnings='-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror -ffp-contract=off -I.'
+rm -rf $out; mkdir -p $out
+
+# ---- running checks: as many at a time as there are processors ----
+
+count=0
+jobs=$(nproc 2> /dev/null || echo 2)
+
+# check NAME COMMAND...: $w is a folder of the check's own.
+check() {
+    local name=$1; shift
+    count=$((count + 1))
+    w=$out/$(printf %03d $count); mkdir $w
+    echo "$name" > $w/name
+    ( w=$w; "$@" > $w/log 2>&1 && [ ! -s $w/log ] && touch $w/passed ) &
+    [ $((count % jobs)) != 0 ] || wait
+}
+
+fails()   { if "$@" > /dev/null 2>&1; then echo "this should have failed: $*"; return 1; fi; }
+nothing() { [ -z "$1" ] || { echo "$2:" $1; return 1; }; }
+
+# The functions an object or shared library defines for others.
+exported() { nm -g --defined-only "$@" | sed -n 's/.* [TDBRVWCi] //p' | sort; }
+public_functions() { sed -n 's/^  #define \(springls_[a-z0-9_]*\) SPRINGLS__NAME(.*/\1/p' springls.h | sort; }
+
+# ---- the checks ----
+
+compiles() { "$@" $warnings -c -o $w/object.o; }
+
+two_copies() {  # COMPILER FLAGS-OF-1 FLAGS-OF-2
+    $1 $warnings $2 -DPART=1 -c -o $w/1.o $here/pair.c && $1 $warnings $3 -DPART=2 -c -o $w/2.o $here/pair.c &&
+        $1 -o $w/pair $w/1.o $w/2.o -lm && $w/pair
+}
+namespaces() {
+    two_copies "$1" -DSPRINGLS_NAMESPACE=first -DSPRINGLS_NAMESPACE=second &&
+        nothing "$(exported $w/1.o | grep -v -e ^first_springls_ -e '^main$')" "without the prefix" &&
+        nothing "$(comm -3 <(exported $w/1.o | sed -n 's/^first_//p') <(public_functions))" "not in both lists"
+}
+only_public_names() {
+    $1 $warnings -c -o $w/o.o $here/implement.c &&
+        nothing "$(comm -3 <(exported $w/o.o) <(public_functions))" "declared or defined, not both"
+}
+shared_library() {
+    $1 $warnings -fPIC -fvisibility=hidden -DSPRINGLS_DLL -shared -o $w/libspringls.so $here/implement.c -lm &&
+        nothing "$(comm -3 <(exported -D $w/libspringls.so) <(public_functions))" "exported or public, not both" &&
+        $1 $warnings -DSPRINGLS_DLL -DUSE_MAIN -o $w/user $here/use.c -L$w -lspringls -Wl,-rpath,$w && $w/user
+}
+hidden_library() {
+    $1 $warnings -fPIC -fvisibility=hidden -shared -o $w/libspringls.so $here/implement.c -lm &&
+        nothing "$(exported -D $w/libspringls.so)" "exported without SPRINGLS_DLL"
+}
+c_and_cxx() {  # the implementation compiled as C++, its user as C, and the other way round
+    $1 -std=c99 $warnings -DUSE_MAIN -c -o $w/use_c.o $here/use.c &&
+        $2 -std=c++11 -x c++ $warnings -c -o $w/implement_cxx.o $here/implement.c &&
+        $2 -o $w/1 $w/use_c.o $w/implement_cxx.o -lm && $w/1 &&
+        $2 -std=c++11 -x c++ $warnings -DUSE_MAIN -c -o $w/use_cxx.o $here/use.c &&
+        $1 -std=c99 $warnings -c -o $w/implement_c.o $here/implement.c &&
+        $2 -o $w/2 $w/use_cxx.o $w/implement_c.o -lm && $w/2
+}
+own_assert() {
+    $1 -std=c99 $warnings -c -o $w/o.o $here/own_assert.c &&
+        nothing "$(nm -u $w/o.o | grep -e __assert -e ' abort')" "called in spite of SPRINGLS_ASSERT" &&
+        { nm -u $w/o.o | grep -q user_check || { echo "SPRINGLS_ASSERT is never used"; return 1; }; }
+}
+few_headers() {
+    nothing "$($1 $warnings -H -fsyntax-only $here/use.c 2>&1 | sed -n 's/^\.\. //p' |
+        grep -v -E '/(stddef|stdint|stdbool)\.h$')" "the declarations include"
+}
+prefixed_macros() {
+    nothing "$(sed -nE 's/^ *# *define +([A-Za-z0-9_]+).*/\1/p' springls.h | grep -v -E '^(SPRINGLS_|springls_)')" \
+        "macros without the prefix"
+}
+# What a C program sees of both must be the same program: the parts as they are, and the header made of them.
+parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only -x c tests/springls_under_test.h; }
+
+check "macros all begin with SPRINGLS" prefixed_macros
+for cc in gcc clang; do
+    cxx=${cc/gcc/g}++   # g++, clang++
+    if ! command -v $cc > /dev/null; then echo "$cc: not here, its checks are left out"; continue; fi
+    languages='-std=c99 -std=c11'
+    if command -v $cxx > /dev/null; then languages="$languages -std=c++11 -std=c++20"
+    else echo "$cxx: not here, its checks are left out"; fi
+    for std in $languages; do
+        case $std in *c++*) compile="$cxx -x c++ $std" ;; *) compile="$cc $std" ;; esac
+        check "$cc $std: declarations" compiles $compile $here/use.c
+        check "$cc $std: implementation" compiles $compile -O1 $here/implement.c
+        check "$cc $std: private copy, mostly unused" compiles $compile $here/static.c
+        check "$cc $std: other headers' names stay free" compiles $compile -fno-builtin $here/clean_names.c
+    done
+    std=-std=c99
+    check "$cc: implementation at -O3 -DNDEBUG" compiles $cc $std -O3 -DNDEBUG $here/implement.c
+    check "$cc: implementation with OpenMP" compiles $cc $std -fopenmp $here/implement.c
+    check "$cc: the parts compile without the tool" parts_compile $cc
+    check "$cc: declarations include only stddef, stdint, stdbool" few_headers "$cc $std"
+    check "$cc: defines the public functions and no others" only_public_names "$cc $std"
+    check "$cc: two plain copies clash (so the next checks mean something)" fails two_copies "$cc $std" "" ""
+    check "$cc: two private copies in one program" two_copies "$cc $std" -DSPRINGLS_STATIC -DSPRINGLS_STATIC
+    check "$cc: two namespaces in one program" namespaces "$cc $std"
+    check "$cc: shared library exports the public functions and no others" shared_library "$cc $std"
+    check "$cc: shared library without SPRINGLS_DLL exports nothing" hidden_library "$cc $std"
+    check "$cc: SPRINGLS_ASSERT of the user's own" own_assert "$cc"
+    case $languages in *c++*) check "$cc: C and C++ link with one another" c_and_cxx $cc $cxx ;; esac
+done
+wait
+
+# ---- the result ----
+
+passed=0 failed=0
+for w in $out/???; do
+    if [ -e $w/passed ]; then passed=$((passed + 1))
+    else failed=$((failed + 1)); echo "FAIL $(cat $w/name)"; head -n 8 $w/log | sed 's/^/    /'; fi
+done
+[ $failed != 0 ] || rm -rf $out
+echo "$passed passed, $failed failed"
+[ $failed = 0 ]
