@@ -36,31 +36,31 @@ struct raycast_frame raycast_camera_frame(const struct raycast_camera *camera, f
     return frame;
 }
 
-struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], const float direction[3], const float up[3],
-                                        float field_of_view, float aspect)
+struct raycast_camera raycast_frame_points(const float *points, size_t count, const float direction[3], const float up[3],
+                                           float field_of_view, float aspect)
 {
     struct raycast_camera camera;
     float towards[3] = {direction[0], direction[1], direction[2]};
-    const float margin = 1.06f;
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    const float margin = 1.08f;
     float distance = 0.0f, height = 0.0f;
     vec3_normalize(towards);
     memset(&camera, 0, sizeof camera);
+    raycast_grow_box(points, count, lo, hi);
     for (int i = 0; i < 3; ++i) {
-        camera.target[i] = 0.5f * (lo[i] + hi[i]);
+        camera.target[i] = lo[i] <= hi[i] ? 0.5f * (lo[i] + hi[i]) : 0.0f;
         camera.eye[i] = camera.target[i] + towards[i];
         camera.up[i] = up[i];
     }
     camera.field_of_view = field_of_view;
     camera.ortho_height = 2.0f;
     const struct raycast_frame frame = raycast_camera_frame(&camera, aspect);
-    for (int corner = 0; corner < 8; ++corner) { /* all eight corners must project into the picture */
+    for (size_t v = 0; v < count; ++v) { /* every point must project into the picture */
         float d[3];
-        for (int i = 0; i < 3; ++i) {
-            d[i] = ((corner >> i) & 1 ? 0.5f : -0.5f) * (hi[i] - lo[i]);
-        }
+        vec3_sub(points + 3 * v, camera.target, d);
         const float x = fabsf(vec3_dot(d, frame.right)) * margin, y = fabsf(vec3_dot(d, frame.up)) * margin;
         const float depth = vec3_dot(d, towards);
-        height = fmaxf(height, fmaxf(2.0f * y, 2.0f * x / aspect));
+        height = fmaxf(height, fmaxf(2.0f * y, 2.0f * x / aspect)); /* fmaxf passes over NaN */
         if (frame.perspective) {
             distance = fmaxf(distance, depth + fmaxf(y / frame.half_height, x / frame.half_width));
         } else {
@@ -73,6 +73,18 @@ struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], co
         camera.eye[i] = camera.target[i] + distance * towards[i];
     }
     return camera;
+}
+
+struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], const float direction[3], const float up[3],
+                                        float field_of_view, float aspect)
+{
+    float corners[24];
+    for (int corner = 0; corner < 8; ++corner) {
+        for (int i = 0; i < 3; ++i) {
+            corners[3 * corner + i] = (corner >> i) & 1 ? hi[i] : lo[i];
+        }
+    }
+    return raycast_frame_points(corners, 8, direction, up, field_of_view, aspect);
 }
 
 struct color raycast_correspondence_color(const float original[3], const float lo[3], const float hi[3])
