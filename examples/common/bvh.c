@@ -242,8 +242,8 @@ static bool hit_triangle(const float *c, const struct ray *ray, float t_min, flo
     return true;
 }
 
-static bool traverse(const struct bvh *bvh, const float origin[3], const float direction[3], float t_min, float t_max, bool any,
-                     struct bvh_hit *hit)
+static bool traverse(const struct bvh *bvh, const float origin[3], const float direction[3], float t_min, float t_max,
+                     bool any, struct bvh_hit *hit)
 {
     struct ray ray;
     uint32_t stack[BVH_STACK_SIZE];

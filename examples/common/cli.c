@@ -27,7 +27,8 @@ static int common_options(const struct cli_program *program, struct cli_option o
         return 0;
     }
     const struct cli_option all[COMMON_COUNT] = {
-        {"grid", CLI_INT, &c->grid, "N", "grid cells along the longest side (0: the program's choice)", 0.0, 4096.0, NULL},
+        {"grid", CLI_INT, &c->grid, "N", "grid cells along the longest side (0: the program's choice)", 0.0, 4096.0,
+         NULL},
         {"params", CLI_CHOICE, &c->params, NULL, "parameter set", 0.0, 0.0, "paper|default"},
         {"backend", CLI_CHOICE, &c->backend, NULL, "where the work is done", 0.0, 0.0, "scalar|opencl"},
         {"threads", CLI_INT, &c->threads, "K", "threads (0: all of the machine)", 0.0, 1024.0, NULL},
@@ -126,8 +127,8 @@ static int bad_value(const struct cli_program *program, const struct cli_option 
                      const char *wanted)
 {
     if (option->minimum < option->maximum) {
-        return cli_fail(program->name, CLI_EXIT_USAGE, "--%s %s: expected %s from %g to %g", option->name, text, wanted,
-                        option->minimum, option->maximum);
+        return cli_fail(program->name, CLI_EXIT_USAGE, "--%s %s: expected %s from %g to %g", option->name, text,
+                        wanted, option->minimum, option->maximum);
     }
     return cli_fail(program->name, CLI_EXIT_USAGE, "--%s %s: expected %s", option->name, text, wanted);
 }
@@ -174,8 +175,8 @@ static int store(const struct cli_program *program, const struct cli_option *opt
         return CLI_GO_ON;
     case CLI_FLOAT:
     case CLI_DOUBLE:
-        if (!cli_read_double(text, &real) || !in_range(option, real) ||
-            (option->type == CLI_FLOAT && fabs(real) > FLT_MAX)) {
+        if (!cli_read_double(text, &real) || !in_range(option, real)
+            || (option->type == CLI_FLOAT && fabs(real) > FLT_MAX)) {
             return bad_value(program, option, text, "a number");
         }
         if (option->type == CLI_FLOAT) {
@@ -265,7 +266,8 @@ static void print_usage(const struct cli_program *program, const struct cli_opti
     printf("  %-28s %s\n", "--help", "show this text");
 }
 
-static const struct cli_option *find_option(const struct cli_option *options, int count, const char *name, size_t length)
+static const struct cli_option *find_option(const struct cli_option *options, int count, const char *name,
+                                            size_t length)
 {
     for (int i = 0; i < count; ++i) {
         if (strlen(options[i].name) == length && strncmp(options[i].name, name, length) == 0) {
@@ -304,7 +306,8 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
         }
         const char *name = token + 2;
         const size_t length = token[1] == '-' ? strcspn(name, "=") : 0;
-        const struct cli_option *option = length ? find_option(program->options, program->option_count, name, length) : NULL;
+        const struct cli_option *option =
+            length ? find_option(program->options, program->option_count, name, length) : NULL;
         if (!option && length) {
             option = find_option(common, common_count, name, length);
         }

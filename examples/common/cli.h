@@ -33,10 +33,10 @@ enum cli_type {
 struct cli_option {
     const char *name; /* without the two dashes */
     enum cli_type type;
-    void *destination;   /* as listed above; the value it holds at the start is the default shown by --help */
-    const char *value;   /* placeholder in the help text, for example "N"; may be NULL */
-    const char *help;    /* one line */
-    double minimum;      /* the range counts only where minimum < maximum */
+    void *destination; /* as listed above; the value it holds at the start is the default shown by --help */
+    const char *value; /* placeholder in the help text, for example "N"; may be NULL */
+    const char *help;  /* one line */
+    double minimum;    /* the range counts only where minimum < maximum */
     double maximum;
     const char *choices; /* CLI_CHOICE only */
 };
@@ -61,7 +61,13 @@ struct cli_common {
 };
 
 /* Bits for cli_program.common_without: common flags that make no sense for one program. */
-enum { CLI_WITHOUT_GRID = 1, CLI_WITHOUT_PARAMS = 2, CLI_WITHOUT_BACKEND = 4, CLI_WITHOUT_SEED = 8, CLI_WITHOUT_OUT = 16 };
+enum {
+    CLI_WITHOUT_GRID = 1,
+    CLI_WITHOUT_PARAMS = 2,
+    CLI_WITHOUT_BACKEND = 4,
+    CLI_WITHOUT_SEED = 8,
+    CLI_WITHOUT_OUT = 16
+};
 
 struct cli_program {
     const char *name;

@@ -134,7 +134,8 @@ void image_line(struct image *image, float x0, float y0, float x1, float y1, flo
     image_strokes(image, segment, 1, width, color);
 }
 
-void image_polyline(struct image *image, const float *points, size_t count, bool closed, float width, struct color color)
+void image_polyline(struct image *image, const float *points, size_t count, bool closed, float width,
+                    struct color color)
 {
     for (size_t i = 0; i + 1 < count || (closed && i < count); ++i) {
         const float *a = points + 2 * i;
@@ -194,12 +195,24 @@ void image_glyph(struct image *image, int shape, float x, float y, float radius,
     const float cross[2][4] = {{x - d, y - d, x + d, y + d}, {x - d, y + d, x + d, y - d}};
     const float plus[2][4] = {{x - r, y, x + r, y}, {x, y - r, x, y + r}};
     switch (((shape % IMAGE_GLYPH_COUNT) + IMAGE_GLYPH_COUNT) % IMAGE_GLYPH_COUNT) {
-    case 0: image_disc(image, x, y, 0.85f * r, color); break;
-    case 1: image_polygon(image, square, 4, color); break;
-    case 2: image_polygon(image, triangle, 3, color); break;
-    case 3: image_polygon(image, diamond, 4, color); break;
-    case 4: image_strokes(image, cross, 2, 0.4f * r, color); break;
-    case 5: image_strokes(image, plus, 2, 0.4f * r, color); break;
+    case 0:
+        image_disc(image, x, y, 0.85f * r, color);
+        break;
+    case 1:
+        image_polygon(image, square, 4, color);
+        break;
+    case 2:
+        image_polygon(image, triangle, 3, color);
+        break;
+    case 3:
+        image_polygon(image, diamond, 4, color);
+        break;
+    case 4:
+        image_strokes(image, cross, 2, 0.4f * r, color);
+        break;
+    case 5:
+        image_strokes(image, plus, 2, 0.4f * r, color);
+        break;
     case 6: {
         float ring[24][4];
         for (int i = 0; i < 24; ++i) {
@@ -212,7 +225,9 @@ void image_glyph(struct image *image, int shape, float x, float y, float radius,
         image_strokes(image, (const float(*)[4])ring, 24, 0.35f * r, color);
         break;
     }
-    default: image_polygon(image, triangle_down, 3, color); break;
+    default:
+        image_polygon(image, triangle_down, 3, color);
+        break;
     }
 }
 
@@ -228,7 +243,8 @@ void image_paste(struct image *target, const struct image *source, int x, int y)
 
 bool image_shrink(const struct image *source, int factor, struct image *result)
 {
-    if (factor < 1 || !image_create(result, source->width / factor, source->height / factor, color_rgb(0.0f, 0.0f, 0.0f))) {
+    if (factor < 1
+        || !image_create(result, source->width / factor, source->height / factor, color_rgb(0.0f, 0.0f, 0.0f))) {
         return false;
     }
     const float scale = 1.0f / (float)(factor * factor);

@@ -35,7 +35,8 @@ void image_frame(struct image *image, float x0, float y0, float x1, float y1, fl
 void image_disc(struct image *image, float x, float y, float radius, struct color color);
 void image_line(struct image *image, float x0, float y0, float x1, float y1, float width, struct color color);
 /* `points`: x,y pairs. Round joints. */
-void image_polyline(struct image *image, const float *points, size_t count, bool closed, float width, struct color color);
+void image_polyline(struct image *image, const float *points, size_t count, bool closed, float width,
+                    struct color color);
 /* Line segments {x0,y0,x1,y1} as one shape: a pixel takes its alpha from the nearest, so joints are not blended twice. */
 void image_strokes(struct image *image, const float (*segments)[4], size_t count, float width, struct color color);
 /* Filled polygon, at most 64 corners, even-odd rule, anti-aliased. */
@@ -48,7 +49,8 @@ void image_glyph(struct image *image, int shape, float x, float y, float radius,
 /* ---- text ---- */
 /* ASCII only (others show as '?'). `size` = height of a capital letter in pixels, 8 is the smallest that reads well.
  * (x, y) is the left end of the baseline; anchor 0 = left, 0.5 = centre, 1 = right. */
-void image_text(struct image *image, float x, float y, float size, float anchor, struct color color, const char *text);
+void image_text(struct image *image, float x, float y, float size, float anchor, struct color color,
+                const char *text);
 void image_text_upward(struct image *image, float x, float y, float size, float anchor, struct color color,
                        const char *text); /* reads from bottom to top */
 float image_text_width(float size, const char *text);
@@ -58,8 +60,8 @@ void image_paste(struct image *target, const struct image *source, int x, int y)
 /* Half, third, ... size by averaging blocks: the way to supersample a drawing. */
 bool image_shrink(const struct image *source, int factor, struct image *result);
 /* Pictures in one or more rows of `columns`, each with a caption below (captions or single ones may be NULL). */
-bool image_strip(const struct image *images, const char *const *captions, int count, int columns, struct color background,
-                 struct image *result);
+bool image_strip(const struct image *images, const char *const *captions, int count, int columns,
+                 struct color background, struct image *result);
 
 /* ---- colours ---- */
 struct color colormap_sequential(float t); /* 0..1: violet, blue, green, yellow; lightness rises evenly */

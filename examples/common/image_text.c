@@ -9,19 +9,19 @@
 
 /* A foreign header: its warnings are not ours. */
 #if defined(__GNUC__)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wsign-conversion"
-#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#pragma GCC diagnostic ignored "-Wshadow"
+    #pragma GCC diagnostic push
+    #pragma GCC diagnostic ignored "-Wconversion"
+    #pragma GCC diagnostic ignored "-Wsign-conversion"
+    #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+    #pragma GCC diagnostic ignored "-Wunused-function"
+    #pragma GCC diagnostic ignored "-Wunused-parameter"
+    #pragma GCC diagnostic ignored "-Wshadow"
 #endif
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
 #include <stb/stb_image_write.h>
 #if defined(__GNUC__)
-#pragma GCC diagnostic pop
+    #pragma GCC diagnostic pop
 #endif
 
 bool image_write_png(const struct image *image, const char *path)
@@ -36,7 +36,7 @@ bool image_write_png(const struct image *image, const char *path)
     }
     for (size_t i = 0; i < count; ++i) {
         const float v = image->rgb[i];
-        bytes[i] = v > 0.0f ? v < 1.0f ? (unsigned char)(v * 255.0f + 0.5f) : 255 : 0;
+        bytes[i] = (unsigned char)(v > 0.0f ? fminf(v, 1.0f) * 255.0f + 0.5f : 0.0f); /* NaN is black */
     }
     const int good = stbi_write_png(path, image->width, image->height, 3, bytes, 3 * image->width);
     free(bytes);
@@ -91,8 +91,8 @@ float image_text_width(float size, const char *text)
 }
 
 /* (ux, uy): reading direction; the letters' downward direction is (-uy, ux). */
-static void draw_text(struct image *image, float x, float y, float size, float anchor, struct color color, const char *text,
-                      float ux, float uy)
+static void draw_text(struct image *image, float x, float y, float size, float anchor, struct color color,
+                      const char *text, float ux, float uy)
 {
     const float pixel = size / 6.0f; /* capitals span 7 rows = 6 pixel distances */
     const float start = -anchor * image_text_width(size, text);
@@ -118,13 +118,14 @@ void image_text(struct image *image, float x, float y, float size, float anchor,
     draw_text(image, x, y, size, anchor, color, text, 1.0f, 0.0f);
 }
 
-void image_text_upward(struct image *image, float x, float y, float size, float anchor, struct color color, const char *text)
+void image_text_upward(struct image *image, float x, float y, float size, float anchor, struct color color,
+                       const char *text)
 {
     draw_text(image, x, y, size, anchor, color, text, 0.0f, -1.0f);
 }
 
-bool image_strip(const struct image *images, const char *const *captions, int count, int columns, struct color background,
-                 struct image *result)
+bool image_strip(const struct image *images, const char *const *captions, int count, int columns,
+                 struct color background, struct image *result)
 {
     const int gap = 12, caption = captions ? 26 : 0;
     int width = 0, height = 0;
@@ -152,7 +153,8 @@ bool image_strip(const struct image *images, const char *const *captions, int co
             while (size > 7.0f && image_text_width(size, captions[i]) > (float)width) {
                 size -= 0.5f;
             }
-            image_text(result, (float)cell_x + 0.5f * (float)width, (float)(y + height) + 19.0f, size, 0.5f, ink, captions[i]);
+            image_text(result, (float)cell_x + 0.5f * (float)width, (float)(y + height) + 19.0f, size, 0.5f, ink,
+                       captions[i]);
         }
     }
     return true;

@@ -22,15 +22,19 @@ bool json_open(struct json_writer *json, const char *path)
 static size_t utf8_length(const unsigned char *text)
 {
     const unsigned char c = text[0];
-    const size_t length = c < 0x80 ? 1 : c >= 0xC2 && c < 0xE0 ? 2 : c >= 0xE0 && c < 0xF0 ? 3 : c >= 0xF0 && c < 0xF5 ? 4 : 0;
+    const size_t length = c < 0x80                ? 1
+                          : c >= 0xC2 && c < 0xE0 ? 2
+                          : c >= 0xE0 && c < 0xF0 ? 3
+                          : c >= 0xF0 && c < 0xF5 ? 4
+                                                  : 0;
     for (size_t i = 1; i < length; ++i) {
         if ((text[i] & 0xC0) != 0x80) {
             return 0;
         }
     }
     /* Overlong forms, surrogates and values above U+10FFFF. */
-    if ((c == 0xE0 && text[1] < 0xA0) || (c == 0xED && text[1] > 0x9F) || (c == 0xF0 && text[1] < 0x90) ||
-        (c == 0xF4 && text[1] > 0x8F)) {
+    if ((c == 0xE0 && text[1] < 0xA0) || (c == 0xED && text[1] > 0x9F) || (c == 0xF0 && text[1] < 0x90)
+        || (c == 0xF4 && text[1] > 0x8F)) {
         return 0;
     }
     return length;
@@ -48,11 +52,21 @@ static void write_text(FILE *file, const char *text)
             continue;
         }
         switch (*c) {
-        case '"': fputs("\\\"", file); break;
-        case '\\': fputs("\\\\", file); break;
-        case '\n': fputs("\\n", file); break;
-        case '\r': fputs("\\r", file); break;
-        case '\t': fputs("\\t", file); break;
+        case '"':
+            fputs("\\\"", file);
+            break;
+        case '\\':
+            fputs("\\\\", file);
+            break;
+        case '\n':
+            fputs("\\n", file);
+            break;
+        case '\r':
+            fputs("\\r", file);
+            break;
+        case '\t':
+            fputs("\\t", file);
+            break;
         default:
             if (*c < 0x20 || *c == 0x7F) {
                 fprintf(file, "\\u%04x", (unsigned)*c);

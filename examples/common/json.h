@@ -25,7 +25,8 @@ struct json_writer {
 /* Opens `path` for writing ("-" = stdout). False if that failed; json_close must be called only after true. */
 bool json_open(struct json_writer *json, const char *path);
 void json_open_stream(struct json_writer *json, FILE *file); /* the caller keeps the stream */
-bool json_close(struct json_writer *json); /* ends open objects, adds a line end; false after any write error or misuse */
+bool json_close(
+    struct json_writer *json); /* ends open objects, adds a line end; false after any write error or misuse */
 
 void json_object_begin(struct json_writer *json, const char *key);
 void json_object_end(struct json_writer *json);

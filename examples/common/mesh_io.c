@@ -14,7 +14,8 @@
 static bool fail(char error[MESH_TEXT], const char *path, const char *format, ...)
 {
     const size_t length = strlen(path);
-    const int used = snprintf(error, MESH_TEXT, "%s%s: ", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path);
+    const int used =
+        snprintf(error, MESH_TEXT, "%s%s: ", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path);
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(error + used, MESH_TEXT - (size_t)used, format, arguments);
@@ -65,7 +66,8 @@ static bool counts_plausible(const char *path, char error[MESH_TEXT])
         } else {
             counts = line[0] != '#' && sscanf(line, "%lf %lf", &count[0], &count[1]) >= 1;
         }
-        if (counts && (!(count[0] >= 0.0 && count[0] <= (double)size) || !(count[1] >= 0.0 && count[1] <= (double)size))) {
+        if (counts
+            && (!(count[0] >= 0.0 && count[0] <= (double)size) || !(count[1] >= 0.0 && count[1] <= (double)size))) {
             good = fail(error, path, "the header promises %.0f elements, the file has %ld bytes",
                         count[0] < 0.0 || count[0] > (double)size ? count[0] : count[1], size);
         }
@@ -175,9 +177,8 @@ bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT])
         return fail(error, path, "not enough memory");
     }
     aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    const struct aiScene *scene =
-        aiImportFileExWithProperties(path, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices,
-                                     NULL, properties);
+    const struct aiScene *scene = aiImportFileExWithProperties(
+        path, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices, NULL, properties);
     aiReleasePropertyStore(properties);
     if (!scene) {
         const char *reason = aiGetErrorString();
@@ -256,7 +257,7 @@ bool mesh_write_ply(const char *path, const struct mesh_ply *ply, char error[MES
         }
         for (int i = 0; ply->colors && i < 3; ++i) {
             const float c = ply->colors[3 * v + (size_t)i];
-            *out++ = c > 0.0f ? c < 1.0f ? (unsigned char)(c * 255.0f + 0.5f) : 255 : 0;
+            *out++ = (unsigned char)(c > 0.0f ? fminf(c, 1.0f) * 255.0f + 0.5f : 0.0f);
         }
         if (ply->originals) {
             out = put_vector(out, ply->originals + 3 * v);

@@ -100,12 +100,13 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static struct one_way measure(const struct bvh *target, const float *points, size_t count, double tolerance, float *distances)
+static struct one_way measure(const struct bvh *target, const float *points, size_t count, double tolerance,
+                              float *distances)
 {
     struct one_way result = {0.0, 0.0, 0.0, 0.0, 0.0};
     const long n = (long)count;
 #if defined(_OPENMP)
-#pragma omp parallel for schedule(static, 1024)
+    #pragma omp parallel for schedule(static, 1024)
 #endif
     for (long i = 0; i < n; ++i) {
         distances[i] = bvh_distance(target, points + 3 * i, NULL, NULL);
@@ -132,8 +133,8 @@ bool metrics_surface_distances(const struct surface *a, const struct surface *b,
     memset(&tree_b, 0, sizeof tree_b);
     samples = samples ? samples : 100000;
     float *points = malloc(3 * samples * sizeof *points), *distances = malloc(samples * sizeof *distances);
-    bool good = points && distances && bvh_build(&tree_a, a->positions, a->indices, a->triangle_count) &&
-                bvh_build(&tree_b, b->positions, b->indices, b->triangle_count);
+    bool good = points && distances && bvh_build(&tree_a, a->positions, a->indices, a->triangle_count)
+                && bvh_build(&tree_b, b->positions, b->indices, b->triangle_count);
     if (good) {
         struct one_way ab = {0.0, 0.0, 0.0, 0.0, 0.0}, ba = ab;
         result->area_a = spread_points(a, samples, points);

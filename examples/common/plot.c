@@ -102,7 +102,8 @@ static void draw_axes(struct image *image, const struct plot *plot, const struct
         image_text(image, 0.5f * (x->pixel_lo + x->pixel_hi), 27.0f, 11.5f, 0.5f, INK, plot->title);
     }
     if (plot->x_label) {
-        image_text(image, 0.5f * (x->pixel_lo + x->pixel_hi), (float)image->height - 14.0f, 9.5f, 0.5f, INK, plot->x_label);
+        image_text(image, 0.5f * (x->pixel_lo + x->pixel_hi), (float)image->height - 14.0f, 9.5f, 0.5f, INK,
+                   plot->x_label);
     }
     if (plot->y_label) {
         image_text_upward(image, 22.0f, 0.5f * (y->pixel_lo + y->pixel_hi), 9.5f, 0.5f, INK, plot->y_label);
@@ -110,7 +111,8 @@ static void draw_axes(struct image *image, const struct plot *plot, const struct
 }
 
 /* The corner of the plot where the fewest points lie takes the legend: returns 0..3 (bit 0 right, bit 1 bottom). */
-static int emptiest_corner(const struct plot *plot, const struct axis *x, const struct axis *y, float width, float height)
+static int emptiest_corner(const struct plot *plot, const struct axis *x, const struct axis *y, float width,
+                           float height)
 {
     int best = 1;
     size_t fewest = (size_t)-1;
@@ -194,8 +196,8 @@ bool plot_render(const struct plot *plot, int width, int height, struct image *r
     if (plot->y_from_zero && !plot->log_y) {
         axis_include(&y, 0.0);
     }
-    if (!(x.lo <= x.hi) || width < MARGIN_LEFT + MARGIN_RIGHT + 20 || height < MARGIN_TOP + MARGIN_BOTTOM + 20 ||
-        !image_create(result, width, height, PAPER)) {
+    if (!(x.lo <= x.hi) || width < MARGIN_LEFT + MARGIN_RIGHT + 20 || height < MARGIN_TOP + MARGIN_BOTTOM + 20
+        || !image_create(result, width, height, PAPER)) {
         return false;
     }
     axis_finish(&x, width / 90);
@@ -240,8 +242,8 @@ static double heat_value(const struct heat_scale *scale, double v)
     return scale->logarithmic ? (v > 0.0 ? log10(v) : NAN) : v;
 }
 
-static void draw_heat_bar(struct image *image, const struct heat_map *map, const struct heat_scale *scale, float left, float top,
-                          float bottom)
+static void draw_heat_bar(struct image *image, const struct heat_map *map, const struct heat_scale *scale, float left,
+                          float top, float bottom)
 {
     char text[32];
     const float right = left + 18.0f;
@@ -260,8 +262,8 @@ static void draw_heat_bar(struct image *image, const struct heat_map *map, const
     }
 }
 
-static void draw_heat_cell(struct image *image, const struct heat_map *map, const struct heat_scale *scale, int cell, float x,
-                           float y, float size)
+static void draw_heat_cell(struct image *image, const struct heat_map *map, const struct heat_scale *scale, int cell,
+                           float x, float y, float size)
 {
     const double value = heat_value(scale, map->values[cell]);
     char text[32];

@@ -7,9 +7,9 @@
 struct plot_series {
     const char *label; /* for the legend; NULL = not listed */
     const double *x, *y;
-    size_t count;      /* points that are not finite (or not positive on a log axis) break the line */
-    int style;         /* colour and mark: color_category(style), glyph `style` */
-    bool marks;        /* a mark at every point */
+    size_t count; /* points that are not finite (or not positive on a log axis) break the line */
+    int style;    /* colour and mark: color_category(style), glyph `style` */
+    bool marks;   /* a mark at every point */
     bool no_line;
 };
 
@@ -33,7 +33,7 @@ struct heat_map {
     const int *glyph_shapes;         /* one a cell, negative = none; NULL = no glyphs */
     const int *glyph_colors;         /* color_category index a cell; NULL = by shape */
     bool log_scale;
-    bool print_values;               /* %.3g in every cell without a glyph */
+    bool print_values; /* %.3g in every cell without a glyph */
 };
 
 bool heat_map_render(const struct heat_map *map, int cell_size, struct image *result);

@@ -122,7 +122,7 @@ static void make_occlusion(struct renderer *r)
     const float reach = 0.35f * vec3_length(size);
     const long count = (long)(r->smooth ? scene->vertex_count : scene->triangle_count);
 #if defined(_OPENMP)
-#pragma omp parallel for schedule(dynamic, 256)
+    #pragma omp parallel for schedule(dynamic, 256)
 #endif
     for (long i = 0; i < count; ++i) {
         if (r->smooth) {
@@ -164,11 +164,15 @@ static struct color surface_color(const struct renderer *r, size_t triangle, con
 
 /* Two lights that move with the camera (key from upper left, fill from the right), sky from above, a soft highlight.
  * Light is added up in linear values: display value = square root, a cheap stand-in for the sRGB curve. */
-static struct color shade(const struct renderer *r, struct color color, const float normal[3], const float view[3], float sky)
+static struct color shade(const struct renderer *r, struct color color, const float normal[3], const float view[3],
+                          float sky)
 {
-    static const float key[3] = {-0.50f, 0.62f, 0.60f}, fill[3] = {0.78f, -0.10f, 0.61f}; /* right, up, towards the eye */
-    float n[3] = {vec3_dot(normal, r->frame.right), vec3_dot(normal, r->frame.up), -vec3_dot(normal, r->frame.forward)};
-    const float v[3] = {vec3_dot(view, r->frame.right), vec3_dot(view, r->frame.up), -vec3_dot(view, r->frame.forward)};
+    static const float key[3] = {-0.50f, 0.62f, 0.60f},
+                       fill[3] = {0.78f, -0.10f, 0.61f}; /* right, up, towards the eye */
+    float n[3] = {vec3_dot(normal, r->frame.right), vec3_dot(normal, r->frame.up),
+                  -vec3_dot(normal, r->frame.forward)};
+    const float v[3] = {vec3_dot(view, r->frame.right), vec3_dot(view, r->frame.up),
+                        -vec3_dot(view, r->frame.forward)};
     float half[3] = {key[0] - v[0], key[1] - v[1], key[2] - v[2]};
     vec3_normalize(half);
     const float light_key = fmaxf(0.0f, vec3_dot(n, key)), light_fill = fmaxf(0.0f, vec3_dot(n, fill));
@@ -177,7 +181,8 @@ static struct color shade(const struct renderer *r, struct color color, const fl
     gloss *= gloss, gloss *= gloss, gloss *= gloss, gloss *= gloss; /* to the 16th */
     const float direct = (0.72f * light_key + 0.22f * light_fill) * (0.45f + 0.55f * sky);
     const float light = ambient * sky + direct, shine = 0.10f * gloss * sky;
-    return color_rgb(color.r * color.r * light + shine, color.g * color.g * light + shine, color.b * color.b * light + shine);
+    return color_rgb(color.r * color.r * light + shine, color.g * color.g * light + shine,
+                     color.b * color.b * light + shine);
 }
 
 /* Distance in the triangle's plane from the hit to the nearest side; also the radius of the inscribed circle. */
@@ -196,8 +201,8 @@ static float side_distance(const float *c, const float w[3], float *inner_radius
     return best;
 }
 
-static struct color sample(const struct renderer *r, const float origin[3], const float direction[3], float pixel_at_one,
-                           float height_share)
+static struct color sample(const struct renderer *r, const float origin[3], const float direction[3],
+                           float pixel_at_one, float height_share)
 {
     struct bvh_hit hit;
     const struct raycast_scene *scene = r->scene;
@@ -232,18 +237,22 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
         sky = 0.5f;
     }
     if (scene->style == RAYCAST_SPRINGL) {
-        const float pixel = pixel_at_one * (r->frame.perspective ? hit.t * vec3_dot(direction, r->frame.forward) : 1.0f);
+        const float pixel =
+            pixel_at_one * (r->frame.perspective ? hit.t * vec3_dot(direction, r->frame.forward) : 1.0f);
         const float width = scene->edge_width > 0.0f ? scene->edge_width : 1.2f;
-        float inner; /* radius of the inscribed circle: small triangles get thin, pale edges instead of turning black */
+        float
+            inner; /* radius of the inscribed circle: small triangles get thin, pale edges instead of turning black */
         const float edge = side_distance(r->corners + 9 * t, w, &inner) / fmaxf(pixel, 1e-30f);
         const float room = fminf(1.0f, 0.4f * inner / fmaxf(width * pixel, 1e-30f));
         const float dark = fmaxf(0.0f, fminf(1.0f, 0.5f * width * room + 0.5f - edge));
-        color = color_mix(color, color_rgb(0.12f * color.r, 0.12f * color.g, 0.14f * color.b), 0.8f * dark * sqrtf(room));
+        color =
+            color_mix(color, color_rgb(0.12f * color.r, 0.12f * color.g, 0.14f * color.b), 0.8f * dark * sqrtf(room));
     }
     return shade(r, color, normal, direction, sky);
 }
 
-static void make_ray(const struct renderer *r, float x, float y, float origin[3], float direction[3]) /* x, y in -1..1 */
+static void make_ray(const struct renderer *r, float x, float y, float origin[3],
+                     float direction[3]) /* x, y in -1..1 */
 {
     const float sx = x * r->frame.half_width, sy = y * r->frame.half_height;
     const float *eye = r->scene->camera.eye;
@@ -258,12 +267,14 @@ static void make_ray(const struct renderer *r, float x, float y, float origin[3]
 static void render_row(const struct renderer *r, struct image *image, int y)
 {
     const int n = r->scene->supersampling > 0 ? (r->scene->supersampling < 8 ? r->scene->supersampling : 8) : 2;
-    const float width = (float)image->width, height = (float)image->height, pixel = 2.0f * r->frame.half_height / height;
+    const float width = (float)image->width, height = (float)image->height,
+                pixel = 2.0f * r->frame.half_height / height;
     for (int x = 0; x < image->width; ++x) {
         struct color sum = {0.0f, 0.0f, 0.0f};
         for (int k = 0; k < n * n; ++k) {
             float origin[3], direction[3];
-            const float px = (float)x + ((float)(k % n) + 0.5f) / (float)n, py = (float)y + ((float)(k / n) + 0.5f) / (float)n;
+            const float px = (float)x + ((float)(k % n) + 0.5f) / (float)n,
+                        py = (float)y + ((float)(k / n) + 0.5f) / (float)n;
             make_ray(r, 2.0f * px / width - 1.0f, 1.0f - 2.0f * py / height, origin, direction);
             const struct color c = sample(r, origin, direction, pixel, py / height);
             sum = color_rgb(sum.r + c.r, sum.g + c.g, sum.b + c.b);
@@ -317,8 +328,9 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
     if (good) {
         r.corners = malloc(9 * scene->triangle_count * sizeof *r.corners);
         r.normals = r.smooth ? malloc(3 * scene->vertex_count * sizeof *r.normals) : NULL;
-        r.occlusion =
-            scene->plain ? NULL : malloc((r.smooth ? scene->vertex_count : scene->triangle_count) * sizeof *r.occlusion);
+        r.occlusion = scene->plain
+                          ? NULL
+                          : malloc((r.smooth ? scene->vertex_count : scene->triangle_count) * sizeof *r.occlusion);
         good = r.corners && (r.normals || !r.smooth) && (r.occlusion || scene->plain);
     }
     if (good) {
@@ -345,7 +357,7 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
         }
     }
 #if defined(_OPENMP)
-#pragma omp parallel for schedule(dynamic, 8)
+    #pragma omp parallel for schedule(dynamic, 8)
 #endif
     for (int y = 0; y < height; ++y) {
         render_row(&r, result, y);

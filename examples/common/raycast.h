@@ -26,11 +26,11 @@ struct raycast_frame {
 struct raycast_frame raycast_camera_frame(const struct raycast_camera *camera, float aspect);
 
 /* A camera that sees the whole box lo..hi from `direction` (from the object to the eye), with a small margin. */
-struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], const float direction[3], const float up[3],
-                                        float field_of_view, float aspect);
+struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], const float direction[3],
+                                        const float up[3], float field_of_view, float aspect);
 /* The same, closer: just far enough that all the points are seen. For a film frame the box of the whole film instead. */
-struct raycast_camera raycast_frame_points(const float *points, size_t count, const float direction[3], const float up[3],
-                                           float field_of_view, float aspect);
+struct raycast_camera raycast_frame_points(const float *points, size_t count, const float direction[3],
+                                           const float up[3], float field_of_view, float aspect);
 /* Grows lo..hi by points (3 floats each, not finite ones ignored). Start from lo = +INFINITY, hi = -INFINITY. */
 void raycast_grow_box(const float *points, size_t count, float lo[3], float hi[3]);
 

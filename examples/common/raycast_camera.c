@@ -25,19 +25,21 @@ struct raycast_frame raycast_camera_frame(const struct raycast_camera *camera, f
     frame.distance = vec3_normalize(frame.forward);
     vec3_cross(frame.forward, camera->up, frame.right);
     if (!(vec3_length(frame.right) > 1e-6f * vec3_length(camera->up))) { /* looking along `up`: any other will do */
-        const float other[3] = {fabsf(frame.forward[0]) < 0.5f ? 1.0f : 0.0f, fabsf(frame.forward[0]) < 0.5f ? 0.0f : 1.0f, 0.0f};
+        const float other[3] = {fabsf(frame.forward[0]) < 0.5f ? 1.0f : 0.0f,
+                                fabsf(frame.forward[0]) < 0.5f ? 0.0f : 1.0f, 0.0f};
         vec3_cross(frame.forward, other, frame.right);
     }
     vec3_normalize(frame.right);
     vec3_cross(frame.right, frame.forward, frame.up);
     frame.perspective = camera->field_of_view > 0.0f;
-    frame.half_height = frame.perspective ? tanf(0.5f * camera->field_of_view * 0.01745329f) : 0.5f * camera->ortho_height;
+    frame.half_height =
+        frame.perspective ? tanf(0.5f * camera->field_of_view * 0.01745329f) : 0.5f * camera->ortho_height;
     frame.half_width = frame.half_height * aspect;
     return frame;
 }
 
-struct raycast_camera raycast_frame_points(const float *points, size_t count, const float direction[3], const float up[3],
-                                           float field_of_view, float aspect)
+struct raycast_camera raycast_frame_points(const float *points, size_t count, const float direction[3],
+                                           const float up[3], float field_of_view, float aspect)
 {
     struct raycast_camera camera;
     float towards[3] = {direction[0], direction[1], direction[2]};
@@ -75,8 +77,8 @@ struct raycast_camera raycast_frame_points(const float *points, size_t count, co
     return camera;
 }
 
-struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], const float direction[3], const float up[3],
-                                        float field_of_view, float aspect)
+struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], const float direction[3],
+                                        const float up[3], float field_of_view, float aspect)
 {
     float corners[24];
     for (int corner = 0; corner < 8; ++corner) {
@@ -94,7 +96,8 @@ struct color raycast_correspondence_color(const float original[3], const float l
         d[i] = original[i] - 0.5f * (lo[i] + hi[i]);
     }
     vec3_normalize(d);
-    const float longitude = atan2f(d[1], d[0]) / 6.2831853f, latitude = acosf(fmaxf(-1.0f, fminf(1.0f, d[2]))) / 3.1415927f;
+    const float longitude = atan2f(d[1], d[0]) / 6.2831853f,
+                latitude = acosf(fmaxf(-1.0f, fminf(1.0f, d[2]))) / 3.1415927f;
     const int square = (int)floorf(longitude * 16.0f + 64.0f) + (int)floorf(latitude * 8.0f);
     return color_hsv(longitude + 0.08f, 0.55f + 0.2f * latitude, square & 1 ? 0.95f : 0.62f);
 }

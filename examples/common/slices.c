@@ -22,7 +22,8 @@ static float grid_value(const struct volume *volume, const float *data, const st
     index[plane->u] = a;
     index[plane->v] = b;
     index[plane->normal] = plane->index;
-    return data[(size_t)index[0] + (size_t)volume->dims[0] * ((size_t)index[1] + (size_t)volume->dims[1] * (size_t)index[2])];
+    return data[(size_t)index[0]
+                + (size_t)volume->dims[0] * ((size_t)index[1] + (size_t)volume->dims[1] * (size_t)index[2])];
 }
 
 /* Which voxel axis lies nearest to each world axis, each used once; and does it run along or against it? */
@@ -84,7 +85,9 @@ static void find_center(const struct slices_view *view, int center[3])
     }
     for (int a = 0; a < 3; ++a) {
         const int middle = hi[a] >= 0 ? (lo[a] + hi[a]) / 2 : volume->dims[a] / 2;
-        center[a] = view->center[a] < 0 ? middle : view->center[a] < volume->dims[a] ? view->center[a] : volume->dims[a] - 1;
+        center[a] = view->center[a] < 0                 ? middle
+                    : view->center[a] < volume->dims[a] ? view->center[a]
+                                                        : volume->dims[a] - 1;
     }
 }
 
@@ -149,10 +152,10 @@ static void draw_grey(const struct volume *volume, const struct plane *p, float 
             const float b = fmaxf(0.0f, fminf((float)(nv - 1), voxel_v(p, nv, (float)y + 0.5f)));
             const int a0 = (int)a, b0 = (int)b, a1 = a0 + 1 < nu ? a0 + 1 : a0, b1 = b0 + 1 < nv ? b0 + 1 : b0;
             const float s = a - (float)a0, t = b - (float)b0;
-            const float top = (1.0f - s) * grid_value(volume, volume->data, p, a0, b0) +
-                              s * grid_value(volume, volume->data, p, a1, b0);
-            const float bottom = (1.0f - s) * grid_value(volume, volume->data, p, a0, b1) +
-                                 s * grid_value(volume, volume->data, p, a1, b1);
+            const float top = (1.0f - s) * grid_value(volume, volume->data, p, a0, b0)
+                              + s * grid_value(volume, volume->data, p, a1, b0);
+            const float bottom = (1.0f - s) * grid_value(volume, volume->data, p, a0, b1)
+                                 + s * grid_value(volume, volume->data, p, a1, b1);
             const float grey = fmaxf(0.0f, fminf(1.0f, ((1.0f - t) * top + t * bottom - lo) / (hi - lo)));
             image_blend(image, x, y, color_rgb(grey, grey, grey), 1.0f);
         }
@@ -187,13 +190,15 @@ static void draw_contour(const struct volume *volume, const struct plane *p, con
                 cut[cuts++] = k;
             }
             if (cuts == 2) {
-                image_line(image, crossing[cut[0]][0], crossing[cut[0]][1], crossing[cut[1]][0], crossing[cut[1]][1], width,
-                           contour->color);
-            } else if (cuts == 4) { /* side k lies between corners k and k+1: pair the sides around the corners cut off */
+                image_line(image, crossing[cut[0]][0], crossing[cut[0]][1], crossing[cut[1]][0], crossing[cut[1]][1],
+                           width, contour->color);
+            } else if (cuts
+                       == 4) { /* side k lies between corners k and k+1: pair the sides around the corners cut off */
                 const int shift = (value[0] < 0.0f) == (mean < 0.0f) ? 0 : 3;
                 for (int k = 0; k < 4; k += 2) {
                     const int s = (k + shift) % 4, e = (s + 1) % 4;
-                    image_line(image, crossing[s][0], crossing[s][1], crossing[e][0], crossing[e][1], width, contour->color);
+                    image_line(image, crossing[s][0], crossing[s][1], crossing[e][0], crossing[e][1], width,
+                               contour->color);
                 }
             }
         }
@@ -241,7 +246,8 @@ static void make_planes(const struct slices_view *view, struct plane planes[3])
 }
 
 /* Title above, legend below the strip. */
-static bool add_words(const struct slices_view *view, const struct image *strip, struct color background, struct image *result)
+static bool add_words(const struct slices_view *view, const struct image *strip, struct color background,
+                      struct image *result)
 {
     const struct color ink = {0.90f, 0.91f, 0.93f};
     int named = 0;
@@ -294,8 +300,8 @@ bool slices_render(const struct slices_view *view, struct image *result)
             caption_list[p] = captions[p];
         }
     }
-    good = good && image_strip(pictures, caption_list, 3, 3, background, &strip) &&
-           add_words(view, &strip, background, result);
+    good = good && image_strip(pictures, caption_list, 3, 3, background, &strip)
+           && add_words(view, &strip, background, result);
     for (int p = 0; p < 3; ++p) {
         image_free(&pictures[p]);
     }

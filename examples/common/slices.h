@@ -16,14 +16,14 @@ struct slices_contour {
     bool any_label;    /* data are labels; the contour is the border of everything not 0 */
     float width;       /* pixels; 0 = 1.6 */
     struct color color;
-    const char *name;  /* for the legend; NULL = none */
+    const char *name; /* for the legend; NULL = none */
 };
 
 struct slices_view {
     const struct volume *volume;
     const struct slices_contour *contours;
     int contour_count;
-    int center[3];              /* voxel through which the slices go; negative = middle of the contours, or the volume */
+    int center[3]; /* voxel through which the slices go; negative = middle of the contours, or the volume */
     float window_lo, window_hi; /* grey range; equal = from the 1st to the 99.5th percentile of what is shown */
     int height;                 /* pixels of the tallest slice; 0 = 420 */
     const char *title;

@@ -25,20 +25,48 @@ static int64_t file_size(const char *path)
 static double voxel_value(const unsigned char *bytes, int datatype)
 {
     union {
-        int8_t i8; uint8_t u8; int16_t i16; uint16_t u16; int32_t i32; uint32_t u32; int64_t i64; uint64_t u64;
-        float f32; double f64;
+        int8_t i8;
+        uint8_t u8;
+        int16_t i16;
+        uint16_t u16;
+        int32_t i32;
+        uint32_t u32;
+        int64_t i64;
+        uint64_t u64;
+        float f32;
+        double f64;
     } v;
     switch (datatype) {
-    case DT_INT8: memcpy(&v, bytes, 1); return v.i8;
-    case DT_UINT8: memcpy(&v, bytes, 1); return v.u8;
-    case DT_INT16: memcpy(&v, bytes, 2); return v.i16;
-    case DT_UINT16: memcpy(&v, bytes, 2); return v.u16;
-    case DT_INT32: memcpy(&v, bytes, 4); return v.i32;
-    case DT_UINT32: memcpy(&v, bytes, 4); return v.u32;
-    case DT_INT64: memcpy(&v, bytes, 8); return (double)v.i64;
-    case DT_UINT64: memcpy(&v, bytes, 8); return (double)v.u64;
-    case DT_FLOAT32: memcpy(&v, bytes, 4); return (double)v.f32;
-    default: memcpy(&v, bytes, 8); return v.f64;
+    case DT_INT8:
+        memcpy(&v, bytes, 1);
+        return v.i8;
+    case DT_UINT8:
+        memcpy(&v, bytes, 1);
+        return v.u8;
+    case DT_INT16:
+        memcpy(&v, bytes, 2);
+        return v.i16;
+    case DT_UINT16:
+        memcpy(&v, bytes, 2);
+        return v.u16;
+    case DT_INT32:
+        memcpy(&v, bytes, 4);
+        return v.i32;
+    case DT_UINT32:
+        memcpy(&v, bytes, 4);
+        return v.u32;
+    case DT_INT64:
+        memcpy(&v, bytes, 8);
+        return (double)v.i64;
+    case DT_UINT64:
+        memcpy(&v, bytes, 8);
+        return (double)v.u64;
+    case DT_FLOAT32:
+        memcpy(&v, bytes, 4);
+        return (double)v.f32;
+    default:
+        memcpy(&v, bytes, 8);
+        return v.f64;
     }
 }
 
@@ -105,8 +133,7 @@ static bool read_voxels(gzFile file, const nifti_image *header, struct volume *v
     }
     /* On to the end: only there does zlib compare the checksum. */
     int got = 0;
-    while ((got = gzread(file, block, sizeof block)) > 0) {
-    }
+    while ((got = gzread(file, block, sizeof block)) > 0) {}
     int code = Z_OK;
     gzerror(file, &code);
     if (got < 0 || (code != Z_OK && code != Z_STREAM_END)) {
@@ -129,7 +156,8 @@ static bool read_data(const char *path, int frame, const nifti_image *header, st
     /* deflate cannot shrink by more than about 1032, so this bounds what a compressed file can hold, too. */
     if (start > (INT64_MAX >> 1) - frame_bytes || (start + frame_bytes) / (gzdirect(file) ? 1 : 1040) > on_disk) {
         volume_error(error, "cut off: the header promises %lld bytes of voxels at %lld, the file has %lld%s",
-                     (long long)frame_bytes, (long long)start, (long long)on_disk, gzdirect(file) ? "" : " compressed");
+                     (long long)frame_bytes, (long long)start, (long long)on_disk,
+                     gzdirect(file) ? "" : " compressed");
     } else if (!(volume->data = malloc((size_t)voxels * sizeof *volume->data))) {
         volume_error(error, "not enough memory for %lld voxels", (long long)voxels);
     } else if (!skip_to(file, start)) {
@@ -190,7 +218,8 @@ static bool read_all(const char *path, int frame, struct volume *volume, char er
         for (size_t i = 0; i < volume_voxels(volume); ++i) {
             volume->data[i] = isfinite(volume->data[i]) ? volume->data[i] : volume->minimum;
         }
-        snprintf(text, sizeof text, "%zu voxels were NaN or infinite, now %g", volume->replaced, (double)volume->minimum);
+        snprintf(text, sizeof text, "%zu voxels were NaN or infinite, now %g", volume->replaced,
+                 (double)volume->minimum);
         volume_note(volume, text);
     }
     return true;
@@ -206,7 +235,8 @@ bool volume_read(const char *path, int frame, struct volume *volume, char error[
     }
     volume_free(volume);
     const size_t length = strlen(path); /* of a long path the end tells more */
-    return volume_error(error, "%s%s: %.200s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path, reason);
+    return volume_error(error, "%s%s: %.200s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path,
+                        reason);
 }
 
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume)
@@ -219,8 +249,8 @@ bool volume_create(const int dims[3], const float spacing[3], const float origin
         volume->affine[i][i] = (double)spacing[i];
         volume->affine[i][3] = (double)origin[i];
     }
-    if (dims[0] < 1 || dims[1] < 1 || dims[2] < 1 || !volume_set_geometry(volume) ||
-        !(volume->data = calloc(volume_voxels(volume), sizeof *volume->data))) {
+    if (dims[0] < 1 || dims[1] < 1 || dims[2] < 1 || !volume_set_geometry(volume)
+        || !(volume->data = calloc(volume_voxels(volume), sizeof *volume->data))) {
         memset(volume, 0, sizeof *volume);
         return false;
     }

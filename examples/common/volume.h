@@ -23,7 +23,7 @@ struct volume {
     double affine[4][4];   /* voxel index -> world mm, RAS+ */
     float *data;           /* scaled by the file's slope and intercept */
     float minimum, maximum;
-    size_t replaced;       /* voxels that were NaN or infinite: now `minimum` */
+    size_t replaced; /* voxels that were NaN or infinite: now `minimum` */
     int frame, frame_count;
     char note[VOLUME_TEXT]; /* what was odd but bearable; empty if nothing */
     void *header;           /* the file's header, for writing in the same geometry; NULL for made volumes */

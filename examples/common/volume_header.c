@@ -24,12 +24,23 @@ void volume_note(struct volume *volume, const char *text)
 static const char *type_problem(int datatype)
 {
     switch (datatype) {
-    case DT_UINT8: case DT_INT8: case DT_INT16: case DT_UINT16: case DT_INT32: case DT_UINT32:
-    case DT_INT64: case DT_UINT64: case DT_FLOAT32: case DT_FLOAT64:
+    case DT_UINT8:
+    case DT_INT8:
+    case DT_INT16:
+    case DT_UINT16:
+    case DT_INT32:
+    case DT_UINT32:
+    case DT_INT64:
+    case DT_UINT64:
+    case DT_FLOAT32:
+    case DT_FLOAT64:
         return NULL;
-    case DT_RGB24: case DT_RGBA32:
+    case DT_RGB24:
+    case DT_RGBA32:
         return "colour voxels";
-    case DT_COMPLEX64: case DT_COMPLEX128: case DT_COMPLEX256:
+    case DT_COMPLEX64:
+    case DT_COMPLEX128:
+    case DT_COMPLEX256:
         return "complex voxels";
     case DT_BINARY:
         return "one-bit voxels";
@@ -61,7 +72,8 @@ static bool check(const struct essentials *e, bool single, struct volume *volume
         }
         int64_t *product = i <= 3 ? &voxels : &frames;
         if (e->dim[i] > voxel_limit || *product > voxel_limit / e->dim[i]) {
-            return volume_error(error, "too large: more than %lld %s", (long long)voxel_limit, i <= 3 ? "voxels" : "frames");
+            return volume_error(error, "too large: more than %lld %s", (long long)voxel_limit,
+                                i <= 3 ? "voxels" : "frames");
         }
         *product *= e->dim[i];
     }
@@ -74,8 +86,8 @@ static bool check(const struct essentials *e, bool single, struct volume *volume
     if (e->bitpix != 8 * bytes) {
         volume_note(volume, "header names a wrong number of bits a voxel, the data type is believed");
     }
-    if (!isfinite(e->offset) || e->offset < 0.0 || e->offset > 1e15 ||
-        (single && e->offset > 0.0 && e->offset < e->header_size)) {
+    if (!isfinite(e->offset) || e->offset < 0.0 || e->offset > 1e15
+        || (single && e->offset > 0.0 && e->offset < e->header_size)) {
         return volume_error(error, "bad header: data offset %g", e->offset);
     }
     if (!isfinite(e->slope) || !isfinite(e->intercept)) {
@@ -84,7 +96,8 @@ static bool check(const struct essentials *e, bool single, struct volume *volume
     return true;
 }
 
-static nifti_image *read_version_1(const unsigned char *bytes, bool *single, struct volume *volume, char error[VOLUME_TEXT])
+static nifti_image *read_version_1(const unsigned char *bytes, bool *single, struct volume *volume,
+                                   char error[VOLUME_TEXT])
 {
     nifti_1_header h;
     struct essentials e;
@@ -124,7 +137,8 @@ static nifti_image *read_version_1(const unsigned char *bytes, bool *single, str
     return header;
 }
 
-static nifti_image *read_version_2(const unsigned char *bytes, bool *single, struct volume *volume, char error[VOLUME_TEXT])
+static nifti_image *read_version_2(const unsigned char *bytes, bool *single, struct volume *volume,
+                                   char error[VOLUME_TEXT])
 {
     nifti_2_header h;
     struct essentials e;
@@ -214,9 +228,9 @@ bool volume_set_geometry(struct volume *volume)
             volume->direction[r][c] = (float)column[c][r];
         }
     }
-    const double determinant = column[0][0] * (column[1][1] * column[2][2] - column[1][2] * column[2][1]) -
-                               column[0][1] * (column[1][0] * column[2][2] - column[1][2] * column[2][0]) +
-                               column[0][2] * (column[1][0] * column[2][1] - column[1][1] * column[2][0]);
+    const double determinant = column[0][0] * (column[1][1] * column[2][2] - column[1][2] * column[2][1])
+                               - column[0][1] * (column[1][0] * column[2][2] - column[1][2] * column[2][0])
+                               + column[0][2] * (column[1][0] * column[2][1] - column[1][1] * column[2][0]);
     return fabs(determinant) > 1e-4;
 }
 
@@ -240,7 +254,8 @@ bool volume_header_geometry(const nifti_image *header, struct volume *volume, ch
         }
     }
     if (!volume_set_geometry(volume)) {
-        return volume_error(error, "bad header: the %s give%s no usable voxel-to-world map (singular, zero or not finite)",
+        return volume_error(error,
+                            "bad header: the %s give%s no usable voxel-to-world map (singular, zero or not finite)",
                             source, header->sform_code > 0 || header->qform_code > 0 ? "s" : "");
     }
     return true;

@@ -55,9 +55,9 @@ bool volume_write(const char *path, const struct volume *like, enum volume_type 
     static const int datatypes[] = {DT_UINT8, DT_INT16, DT_FLOAT32};
     static const size_t sizes[] = {1, 2, 4};
     const nifti_image *original = like->header;
-    const bool version_2 = (original && (original->nifti_type == NIFTI_FTYPE_NIFTI2_1 ||
-                                         original->nifti_type == NIFTI_FTYPE_NIFTI2_2)) ||
-                           like->dims[0] > 32767 || like->dims[1] > 32767 || like->dims[2] > 32767;
+    const bool version_2 =
+        (original && (original->nifti_type == NIFTI_FTYPE_NIFTI2_1 || original->nifti_type == NIFTI_FTYPE_NIFTI2_2))
+        || like->dims[0] > 32767 || like->dims[1] > 32767 || like->dims[2] > 32767;
     const size_t length = strlen(path);
     const bool compressed = length > 3 && strcmp(path + length - 3, ".gz") == 0;
     unsigned char bytes[sizeof(nifti_2_header) + 4];
