@@ -10,7 +10,7 @@ typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit 
 
 typedef struct springls__bvh_item { float center[3]; int triangle; } springls__bvh_item;
 
-SPRINGLS__FN springls__tri springls__surface_triangle(const springls__surface *surface, int triangle)
+SPRINGLS__MATHS springls__tri springls__surface_triangle(const springls__surface *surface, int triangle)
 {
     springls__tri t;
     t.a = surface->points[3 * triangle];
@@ -187,11 +187,23 @@ SPRINGLS__FN springls_status springls__surface_build_springls(springls_context *
 
 /* ---- closest point ---- */
 
-SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
+SPRINGLS__MATHS float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
 {
     float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
     float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
     float dz = springls__max(springls__max(node->lower[2] - x.z, x.z - node->upper[2]), 0.0f);
+    return dx * dx + dy * dy + dz * dz;
+}
+
+/* To the bounds of one triangle. */
+SPRINGLS__MATHS float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
+{
+    float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
+                                           x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
+    float dy = springls__max(springls__max(springls__min(springls__min(p[0].y, p[1].y), p[2].y) - x.y,
+                                           x.y - springls__max(springls__max(p[0].y, p[1].y), p[2].y)), 0.0f);
+    float dz = springls__max(springls__max(springls__min(springls__min(p[0].z, p[1].z), p[2].z) - x.z,
+                                           x.z - springls__max(springls__max(p[0].z, p[1].z), p[2].z)), 0.0f);
     return dx * dx + dy * dy + dz * dz;
 }
 
@@ -242,7 +254,9 @@ SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls
         }
         for (i = 0; i < node->count; i++) {
             int triangle = surface->order[node->first + i];
-            springls__tri_hit h = springls__tri_closest(springls__surface_triangle(surface, triangle), x);
+            springls__tri_hit h;
+            if (springls__bvh_triangle_distance2(surface->points + 3 * triangle, x) > limit2) continue;
+            h = springls__tri_closest(springls__surface_triangle(surface, triangle), x);
             if (h.d2 < best.hit.d2 || (h.d2 == best.hit.d2 && (best.triangle < 0 || triangle < best.triangle))) {
                 float d = springls__sqrt(h.d2) + slack;
                 best.triangle = triangle;
@@ -293,7 +307,7 @@ SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 
 }
 
 /* Does the ray enter the box before t_max? The box is widened by what rounding can do, so that no hit is missed. */
-SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+SPRINGLS__MATHS int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
 {
     float near = 0.0f, far = t_max;
     int k;

@@ -4,7 +4,8 @@
    balanced (as many triangles run along it one way as the other) it is a whole number and changes at the surface only;
    then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
    edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
-   There phi is the distance to the triangles times |1 - 2 w|: its zero level is the triangles and the film together.
+   There phi is the distance to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the
+   film together.
 
    Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
 
@@ -294,7 +295,7 @@ SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const 
 typedef struct springls__mesh_distance {
     const springls__surface *surface;
     bool balanced;
-    float limit; /* of a balanced mesh: further away is not measured */
+    float band; /* where phi is clamped */
 } springls__mesh_distance;
 
 SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
@@ -304,39 +305,65 @@ SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, spri
            || x.z > n->upper[2];
 }
 
-/* The place of an earlier point of the batch that is certainly on the same side as point i, or -1. */
-SPRINGLS__FN int springls__same_side_as(const springls__v3 *points, const float *out, int i, float distance)
+/* 1 outside, -1 inside, and between them where the film of an open mesh is nearer than its triangles. A twentieth of a
+   winding number does not count, so that phi is the plain distance away from holes. */
+SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
-    static const int back[4] = { 1, 8, 64, 2 };
-    int b;
-    for (b = 0; b < 4; b++) {
-        int j = i - back[b];
-        if (j < 0) continue;
-        if (distance + springls__fabs(out[j]) > 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f) return j;
+    float w;
+    if (m->balanced) {
+        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
+        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
     }
-    return -1;
+    w = springls__surface_winding(m->surface, x, 2.5f);
+    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
 }
 
-/* A springls__distance_fn. */
+enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
+
+/* What earlier points of the batch tell about point x: a ball around each of them is free of surface. Returns how far the
+   surface is at least; *side is set when a ball of radius `distance` around x overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float *out, const float *sides, int i,
+                                        float distance, float *side)
+{
+    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
+    float known = 0.0f;
+    int b;
+    for (b = 0; b < 3; b++) {
+        int j = i - back[b];
+        float apart, past;
+        if (j < 0) continue;
+        past = sides[j % SPRINGLS__MESH_RING];
+        if (past != 1.0f && past != -1.0f) continue;
+        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
+        if (distance + springls__fabs(out[j]) <= apart) continue;
+        *side = past;
+        known = springls__max(known, springls__fabs(out[j]) - apart);
+    }
+    return known;
+}
+
+/* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
+   bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
+   too: their signs are exact, so it makes no difference. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
+    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
+    bool learn = voxels || m->balanced;
+    float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
     int i, guess = -1;
     for (i = 0; i < count; i++) {
-        springls__surface_hit h = springls__surface_closest_from(m->surface, points[i], m->limit, guess);
-        float distance = h.triangle < 0 ? m->limit : springls__sqrt(h.hit.d2);
-        guess = h.triangle;
-        if (m->balanced) {
-            int side = springls__same_side_as(points, out, i, distance);
-            bool inside;
-            if (side >= 0) inside = out[side] < 0.0f;
-            else if (springls__beyond_bounds(m->surface, points[i])) inside = false;
-            else inside = springls__surface_winding(m->surface, points[i], 2.0f) > 0.5f;
-            out[i] = inside ? -distance : distance;
-        } else {
-            float w = springls__clamp(springls__surface_winding(m->surface, points[i], 3.0f), 0.0f, 1.0f);
-            out[i] = distance * (1.0f - 2.0f * w);
-        }
+        springls__surface_hit h;
+        float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
+        if (!voxels || known < m->band + 0.1f) {
+            h = springls__surface_closest_from(m->surface, points[i], search, guess);
+            if (h.triangle >= 0) guess = h.triangle;
+            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
+            if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
+            if (side == 0.0f) side = springls__mesh_side(m, points[i]);
+        } else distance = known;
+        sides[i % SPRINGLS__MESH_RING] = side;
+        out[i] = side * distance;
     }
 }
 
@@ -371,7 +398,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     springls__mesh_distance distance;
     uint8_t mirrored = springls__determinant(ctx->to_voxel) < 0.0;
     int t, k;
-    SPRINGLS__TRY(springls_reset(ctx));
+    springls__clear_model(ctx);
     SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
     for (t = 0; t < m->count; t++) {
         springls__springl s;
@@ -387,7 +414,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
     distance.surface = &ctx->original;
     distance.balanced = balanced;
-    distance.limit = balanced ? ctx->params.band_half_width + 16.0f : 1e30f;
+    distance.band = ctx->params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls_rebuild(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
@@ -440,13 +467,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_adopt(ctx, m, unbalanced == 0);
-    if (status != SPRINGLS_OK) { /* empty, with the first failure's text */
-        char error[sizeof ctx->error];
-        memcpy(error, ctx->error, sizeof error);
-        springls_reset(ctx);
-        memcpy(ctx->error, error, sizeof error);
-        return status;
-    }
+    SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
