@@ -93,7 +93,7 @@ SPRINGLS__MATHS float springls__tanh(float x)
 }
 
 /* Natural logarithm of a normal positive float, by halving into [2/3, 4/3] and the atanh series. */
-SPRINGLS__MATHS float springls__log(float x)
+SPRINGLS__MATHS float springls__ln(float x)
 {
     float k = 0.0f, s, s2;
     while (x > 1.33333333f) { x *= 0.5f; k += 1.0f; }
@@ -107,7 +107,7 @@ SPRINGLS__MATHS float springls__log(float x)
 SPRINGLS__MATHS float springls__atanh(float x)
 {
     float c = springls__clamp(x, -0.999f, 0.999f);
-    return 0.5f * springls__log((1.0f + c) / (1.0f - c));
+    return 0.5f * springls__ln((1.0f + c) / (1.0f - c));
 }
 
 /* sin(pi x) for any x of moderate size: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
@@ -123,3 +123,12 @@ SPRINGLS__MATHS float springls__sinpi(float x)
 }
 
 SPRINGLS__MATHS float springls__cospi(float x) { return springls__sinpi(x + 0.5f); }
+
+/* Trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
+SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
+{
+    float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
+    float x01 = corner[4] + (corner[5] - corner[4]) * u, x11 = corner[6] + (corner[7] - corner[6]) * u;
+    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;
+    return y0 + (y1 - y0) * w;
+}

@@ -93,9 +93,11 @@ typedef struct springls_progress {
     void *user;
 } springls_progress;
 
-/* Called before (begin = 1) and after (begin = 0) every stage; seconds is the stage's time, 0 at its begin. */
+/* Called before (begin = 1) and after (begin = 0) every stage; seconds is the stage's time, 0 at its begin.
+   now: a clock in seconds; NULL: OpenMP's wall clock when compiled with it, else C's processor time. */
 typedef struct springls_trace {
     void (*stage)(void *user, int stage, int begin, double seconds);
+    double (*now)(void *user);
     void *user;
 } springls_trace;
 
@@ -437,7 +439,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
 typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
     SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
-    SPRINGLS_STAGE_CELLS, SPRINGLS_STAGE_COUNT
+    SPRINGLS_STAGE_COUNT
 } springls_stage;
 SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
 

@@ -5,11 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#if defined(__cplusplus)
-#define SPRINGLS__C extern "C"
-#else
-#define SPRINGLS__C
-#endif
 
 #ifndef SPRINGLS_ASSERT
 #include <assert.h>
@@ -18,10 +13,10 @@
 
 #if defined(__GNUC__)
 #define SPRINGLS__FN __attribute__((unused)) static
-#define SPRINGLS__PRINTF(format, first) __attribute__((format(printf, format, first)))
+#define SPRINGLS__PRINTF(text, first) __attribute__((format(printf, text, first)))
 #else
 #define SPRINGLS__FN static
-#define SPRINGLS__PRINTF(format, first)
+#define SPRINGLS__PRINTF(text, first)
 #endif
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
@@ -32,18 +27,21 @@ typedef struct springls__springl {
     float reach;            /* max |q[m] - p|                                                                   */
 } springls__springl;
 
+enum { SPRINGLS__MAX_NEIGHBORS = 8 }; /* edges a vertex: the paper's limit, and a register of eight lanes */
+
 /* A growable array from the context's allocator. */
 typedef struct springls__buffer { void *data; size_t bytes; } springls__buffer;
 
-/* The constellation: arrays of `count` elements each, room for `capacity`. */
+/* The constellation: arrays of `count` elements each. */
 typedef struct springls__constellation {
     springls__springl *s;
     springls__v3 *a;        /* correspondence on the original surface                                           */
     uint32_t *id;
     uint32_t *generation;
     uint8_t *mask;          /* 1: does not relax                                                                */
-    int count, capacity;
+    int count;
     uint32_t next_id;
+    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory;
 } springls__constellation;
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
@@ -58,12 +56,14 @@ typedef struct springls__grid {
     int *slot_brick;        /* slot -> brick                                                                    */
     int *active;            /* slots in use, ordered by brick: the order of every loop over bricks              */
     int *free_slots;
-    int active_count, free_count, slot_count, slot_capacity;
+    int active_count, free_count, slot_count;
     float *phi;             /* 512 a slot                                                                       */
     float *phi_next;
     float *omega;           /* distance to the springls, clamped at params.capture                              */
     uint32_t *cell;         /* 513 a slot: springls of voxel cell c are ids[cell[c]] .. ids[cell[c+1]-1]        */
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                            */
+    springls__buffer top_memory, slot_memory, active_memory, free_memory;
+    springls__buffer phi_memory, next_memory, omega_memory, cell_memory;
 } springls__grid;
 
 /* Springls by voxel cell of their particle (cells.h), and by brick they come near (omega.h). */
@@ -77,13 +77,23 @@ typedef struct springls__cells {
     springls__buffer ids_memory, near_first_memory, near_memory, large_memory, key_memory;
 } springls__cells;
 
-/* A triangle mesh with a bounding volume hierarchy: the original surface (bvh.h). Voxel coordinates. */
+/* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
+   0, the parent of nodes first and first+1. Children follow their parents. */
+typedef struct springls__bvh_node { float lower[3]; int first; float upper[3]; int count; } springls__bvh_node;
+
+/* A node seen from afar: all its triangles as one directed area; weight is the area without direction. */
+typedef struct springls__dipole { springls__v3 center; float radius2; springls__v3 area; float weight; } springls__dipole;
+
+/* A triangle mesh with a bounding volume hierarchy: the original surface, in voxels, or the model (bvh.h, query.h). */
 typedef struct springls__surface {
     springls__v3 *points;   /* 3 a triangle, unwelded                                                           */
     int *order;             /* triangle of leaf position i                                                      */
-    float *nodes;           /* bounds and links, bvh.h                                                          */
+    springls__bvh_node *nodes;
+    springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
+    int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, node_count;
-    springls__buffer points_memory, order_memory, nodes_memory;
+    float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
+    springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
 
 struct springls_context {
@@ -91,7 +101,7 @@ struct springls_context {
     springls_params params;
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
     double to_voxel[12];
-    float smallest_spacing;
+    float smallest_spacing, largest_spacing;
     springls__constellation set;
     springls__grid grid;
     springls__grid reference; /* phi_ref: top table and phi only                                                */

@@ -1,0 +1,115 @@
+/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence
+   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are
+   exact to third order, where copying (section 4.7) is exact to none. */
+
+#define SPRINGLS__FIT_TERMS 6  /* 1 u v uu uv vv                              */
+#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
+#define SPRINGLS__FIT_RADIUS 2.5f
+
+typedef struct springls__fit {
+    springls__v3 origin, e1, e2, n; /* the tangent frame */
+    springls__v3 a0;                /* correspondences are summed relative to it */
+    float normal_matrix[21];        /* lower triangle, row by row */
+    float right[24];
+    int count;
+} springls__fit;
+
+SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
+{
+    springls__fit fit;
+    int i;
+    fit.origin = origin;
+    fit.n = n;
+    fit.a0 = a0;
+    fit.e1 = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
+    fit.e1 = springls__normalize(springls__cross(n, fit.e1));
+    fit.e2 = springls__cross(n, fit.e1);
+    fit.count = 0;
+    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;
+    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;
+    return fit;
+}
+
+/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
+SPRINGLS__MATHS springls__fit springls__fit_add(springls__fit fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+{
+    springls__v3 d = springls__scale(springls__sub(p, fit.origin), 1.0f / SPRINGLS__FIT_RADIUS);
+    float r2 = springls__length2(d), h = springls__dot(d, fit.n);
+    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+    int i, j;
+    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit.n) < 0.4f) return fit;
+    term[0] = 1.0f;
+    term[1] = springls__dot(d, fit.e1);
+    term[2] = springls__dot(d, fit.e2);
+    term[3] = term[1] * term[1];
+    term[4] = term[1] * term[2];
+    term[5] = term[2] * term[2];
+    value[0] = h;
+    value[1] = a.x - fit.a0.x;
+    value[2] = a.y - fit.a0.y;
+    value[3] = a.z - fit.a0.z;
+    weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
+    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
+        for (j = 0; j <= i; j++) fit.normal_matrix[i * (i + 1) / 2 + j] += weight * term[i] * term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit.right[SPRINGLS__FIT_VALUES * i + j] += weight * term[i] * value[j];
+    }
+    fit.count++;
+    return fit;
+}
+
+/* What the fit says at its origin. */
+typedef struct springls__fit_result {
+    springls__v3 point, normal, a;
+    int ok; /* 0: too few neighbours, or they lie on a line */
+} springls__fit_result;
+
+/* Solves for the first `terms` coefficients by Cholesky; returns 0 when the matrix is close to singular. */
+SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)
+{
+    springls__fit_result result;
+    float l[21], x[24];
+    int i, j, k, v;
+    result.ok = 0;
+    result.point = fit.origin;
+    result.normal = fit.n;
+    result.a = fit.a0;
+    for (i = 0; i < terms; i++) {
+        for (j = 0; j <= i; j++) {
+            float sum = fit.normal_matrix[i * (i + 1) / 2 + j];
+            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
+            if (i == j) {
+                if (!(sum > 1e-5f * fit.normal_matrix[i * (i + 1) / 2 + i])) return result;
+                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
+            } else {
+                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
+            }
+        }
+    }
+    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
+        for (i = 0; i < terms; i++) {
+            float sum = fit.right[SPRINGLS__FIT_VALUES * i + v];
+            for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[SPRINGLS__FIT_VALUES * k + v];
+            x[SPRINGLS__FIT_VALUES * i + v] = sum / l[i * (i + 1) / 2 + i];
+        }
+        for (i = terms - 1; i >= 0; i--) {
+            float sum = x[SPRINGLS__FIT_VALUES * i + v];
+            for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[SPRINGLS__FIT_VALUES * k + v];
+            x[SPRINGLS__FIT_VALUES * i + v] = sum / l[i * (i + 1) / 2 + i];
+        }
+    }
+    result.ok = 1;
+    result.point = springls__mad(fit.origin, fit.n, x[0] * SPRINGLS__FIT_RADIUS);
+    result.normal = springls__normalize(springls__sub(springls__sub(fit.n, springls__scale(fit.e1, x[SPRINGLS__FIT_VALUES])),
+                                                      springls__scale(fit.e2, x[2 * SPRINGLS__FIT_VALUES])));
+    result.a = springls__add(fit.a0, springls__v3_make(x[1], x[2], x[3]));
+    return result;
+}
+
+/* Quadratic with ten neighbours or more, planar with four or more. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+{
+    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    if (fit.count < 4) result.ok = 0;
+    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    return result;
+}

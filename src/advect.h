@@ -1,0 +1,308 @@
+/* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+
+/* A sampled field ready for use: from the model's voxels to its own samples. */
+typedef struct springls__field {
+    const float *data;
+    float from_voxel[12];
+    int size[3], channels;
+} springls__field;
+
+SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
+                                                     springls__field *field)
+{
+    double inverse[12], product;
+    int axis, column, k;
+    memset(field, 0, sizeof *field);
+    if (!given->data) return SPRINGLS_OK;
+    field->data = given->data;
+    field->channels = channels;
+    if (given->grid.size[0] == 0) { /* on the model's own grid */
+        for (axis = 0; axis < 3; axis++) {
+            field->size[axis] = ctx->desc.grid.size[axis];
+            field->from_voxel[5 * axis] = 1.0f;
+        }
+        return SPRINGLS_OK;
+    }
+    if (!springls__grid_transform(&given->grid, NULL, inverse))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the grid of a sampled field has a bad size, spacing or direction");
+    for (axis = 0; axis < 3; axis++) {
+        field->size[axis] = given->grid.size[axis];
+        for (column = 0; column < 4; column++) {
+            product = column == 3 ? inverse[4 * axis + 3] : 0.0;
+            for (k = 0; k < 3; k++) product += inverse[4 * axis + k] * ctx->to_world[4 * k + column];
+            field->from_voxel[4 * axis + column] = (float)product;
+        }
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__field_sample(const springls__field *field, springls__v3 x, float *out)
+{
+    const float *m = field->from_voxel;
+    float f[3], corner[8];
+    int i[3], axis, channel, c;
+    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];
+    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];
+    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];
+    for (axis = 0; axis < 3; axis++) {
+        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));
+        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);
+        f[axis] -= (float)i[axis];
+    }
+    for (channel = 0; channel < field->channels; channel++) {
+        for (c = 0; c < 8; c++) {
+            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
+            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
+            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
+            corner[c] = field->data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
+        }
+        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
+    }
+}
+
+/* The points of a springl that move: its particle, and its vertices. */
+enum { SPRINGLS__MOVERS = 4, SPRINGLS__ADVECT_BLOCK = 128 };
+
+typedef struct springls__advect_job {
+    springls_context *ctx;
+    const springls_forces *forces;
+    springls__field pressure, velocity;
+    float pressure_weight, velocity_weight, affine_weight;
+    float time, dt, stage_time[4]; /* of the Runge-Kutta stages */
+    bool stop_at_topology;
+    springls__v3 *displacement; /* MOVERS a springl */
+} springls__advect_job;
+
+/* Mean curvature of phi at x: the Laplacian of a distance. */
+SPRINGLS__FN float springls__curvature_at(const springls__grid *g, springls__v3 x)
+{
+    float c = springls__grid_sample(g, g->phi, x);
+    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
+              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
+              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
+    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
+}
+
+/* Velocities (eq. 1 without its affine term) of points[0..count) with their normals. */
+SPRINGLS__FN void springls__velocities(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals,
+                                       int count, float time, springls__v3 *out)
+{
+    const springls_forces *forces = job->forces;
+    float buffer[3 * SPRINGLS__ADVECT_BLOCK];
+    int i;
+    for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
+    if (forces->velocity) {
+        forces->velocity(forces->user, &points[0].x, count, time, buffer);
+        for (i = 0; i < count; i++)
+            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->velocity_weight);
+    }
+    if (job->velocity.data) {
+        for (i = 0; i < count; i++) {
+            springls__field_sample(&job->velocity, points[i], buffer);
+            out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->velocity_weight);
+        }
+    }
+    if (forces->pressure) {
+        forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[i]);
+    }
+    if (job->pressure.data) {
+        for (i = 0; i < count; i++) {
+            springls__field_sample(&job->pressure, points[i], buffer);
+            out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[0]);
+        }
+    }
+    if (forces->curvature_weight != 0.0f) {
+        for (i = 0; i < count; i++)
+            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->grid, points[i]));
+    }
+}
+
+/* Slopes of all movers of a block: x holds `count` particles, then their q0s, q1s and q2s. */
+SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const springls__v3 *x, const springls__v3 *a, int count,
+                                   float time, springls__v3 *slope)
+{
+    springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK];
+    int i, m;
+    for (i = 0; i < count; i++)
+        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
+                                                         springls__sub(x[3 * count + i], x[count + i])));
+    springls__velocities(job, x, normals, count, time, slope);
+    for (m = 1; m < SPRINGLS__MOVERS; m++) {
+        if (job->ctx->params.vertex_velocity) springls__velocities(job, x + m * count, normals, count, time, slope + m * count);
+        else memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2: with the particle's velocity */
+    }
+    if (!job->forces->affine) return;
+    job->forces->affine(job->forces->user, &x[0].x, &a[0].x, count, time, affine);
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        for (i = 0; i < count; i++) {
+            const float *A = affine + 12 * i;
+            springls__v3 q = x[m * count + i];
+            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3], A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
+                                               A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
+            slope[m * count + i] = springls__mad(slope[m * count + i], v, job->affine_weight);
+        }
+}
+
+SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int first, int count)
+{
+    enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
+    springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
+    const springls__springl *s = job->ctx->set.s + first;
+    const springls__v3 *a = job->ctx->set.a + first;
+    const springls__grid *g = &job->ctx->grid;
+    int i, m, n = SPRINGLS__MOVERS * count;
+    for (i = 0; i < count; i++) {
+        x[i] = s[i].p;
+        for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
+    }
+    springls__slopes(job, x, a, count, job->stage_time[0], k1);
+    if (job->forces->integrator == SPRINGLS_EULER) {
+        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->dt);
+    } else {
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->dt);
+        springls__slopes(job, stage, a, count, job->stage_time[1], k2);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->dt);
+        springls__slopes(job, stage, a, count, job->stage_time[2], k3);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->dt);
+        springls__slopes(job, stage, a, count, job->stage_time[3], k4);
+        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->dt);
+    }
+    for (i = 0; i < count; i++) {
+        springls__v3 *d = job->displacement + (size_t)(first + i) * SPRINGLS__MOVERS;
+        for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
+        if (job->stop_at_topology
+            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
+                                          d[0], springls__springl_normal(&s[i])))
+            memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
+    }
+}
+
+SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
+{
+    const springls__advect_job *job = (const springls__advect_job *)arg;
+    while (begin < end) { /* blocks start at multiples, so callbacks see the same batches for any division */
+        int stop = springls__imin((begin / SPRINGLS__ADVECT_BLOCK + 1) * SPRINGLS__ADVECT_BLOCK, end);
+        springls__advect_block(job, begin, stop - begin);
+        begin = stop;
+    }
+}
+
+SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, const springls_forces *forces, float time, float dt,
+                                                      springls__advect_job *job)
+{
+    float spread = ctx->params.half_time_sampling ? 0.5f * dt : dt;
+    memset(job, 0, sizeof *job);
+    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    job->ctx = ctx;
+    job->forces = forces;
+    job->pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    job->velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
+    job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
+    job->time = time;
+    job->dt = dt;
+    job->stage_time[0] = time;
+    job->stage_time[1] = job->stage_time[2] = time + 0.5f * spread;
+    job->stage_time[3] = time + spread;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->pressure));
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->velocity));
+    return springls__scratch(ctx, 0, (size_t)ctx->set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
+}
+
+/* The largest particle displacement, or a negative number when any point's is not finite. */
+SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *job, int *moving)
+{
+    float largest = 0.0f;
+    int i, m;
+    *moving = 0;
+    for (i = 0; i < job->ctx->set.count; i++) {
+        const springls__v3 *d = job->displacement + (size_t)i * SPRINGLS__MOVERS;
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            if (!(springls__length2(d[m]) < 1e18f)) return -1.0f;
+        largest = springls__max(largest, springls__length2(d[0]));
+        *moving += springls__length2(d[0]) > 1e-4f;
+    }
+    return springls__sqrt(largest);
+}
+
+SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology)
+{
+    springls__advect_job job;
+    float moved;
+    int i, m, moving;
+    SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
+    job.stop_at_topology = stop_at_topology;
+    springls__parallel(ctx, ctx->set.count, SPRINGLS__ADVECT_BLOCK, springls__advect_task, &job);
+    moved = springls__largest_displacement(&job, &moving);
+    if (moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
+    for (i = 0; i < ctx->set.count; i++) {
+        springls__springl *s = &ctx->set.s[i];
+        const springls__v3 *d = job.displacement + (size_t)i * SPRINGLS__MOVERS;
+        s->p = springls__add(s->p, d[0]);
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
+        springls__springl_finish(s);
+    }
+    ctx->stats.moved = moved;
+    ctx->stats.moving = ctx->set.count ? (float)moving / (float)ctx->set.count : 0.0f;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
+{
+    springls_status status;
+    double started;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    status = springls__advect(ctx, forces, time, dt, false);
+    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
+    return status;
+}
+
+SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+{
+    springls__advect_job job;
+    springls_forces euler;
+    int moving;
+    if (!ctx || !speed) return SPRINGLS_INVALID_ARGUMENT;
+    *speed = 0.0f;
+    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
+    euler = *forces;
+    euler.integrator = SPRINGLS_EULER;
+    SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
+    springls__parallel(ctx, ctx->set.count, SPRINGLS__ADVECT_BLOCK, springls__advect_task, &job);
+    *speed = springls__largest_displacement(&job, &moving);
+    if (*speed < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
+{
+    const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
+    int i;
+    for (i = 0; i < count; i++) {
+        springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                        flow->grid_size, flow->period, time);
+        out[3 * i] = u.x;
+        out[3 * i + 1] = u.y;
+        out[3 * i + 2] = u.z;
+    }
+}
+
+SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out)
+{
+    const springls_rotation_flow *flow = (const springls_rotation_flow *)rotation_flow;
+    springls__v3 center = springls__v3_make(flow->center[0], flow->center[1], flow->center[2]);
+    springls__v3 axis = springls__normalize(springls__v3_make(flow->axis[0], flow->axis[1], flow->axis[2]));
+    int i;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]), center, axis,
+                                                     flow->angular_velocity);
+        out[3 * i] = u.x;
+        out[3 * i + 1] = u.y;
+        out[3 * i + 2] = u.z;
+    }
+}

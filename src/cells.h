@@ -1,0 +1,136 @@
+/* cells.h - the hash grid (section 4.8): springls by the voxel cell of their particle, by counting sort. Deterministic:
+   ids ascend within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
+   so that one huge triangle does not widen every search. */
+
+SPRINGLS__FN int springls__cell_coordinate(float x, int size)
+{
+    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
+}
+
+/* Bricks under all particles. */
+SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
+{
+    springls__grid *g = &ctx->grid;
+    int i, n = 0, *missing;
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof(int), (void **)&missing));
+    for (i = 0; i < ctx->set.count; i++) {
+        springls__v3 p = ctx->set.s[i].p;
+        int brick = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+                                       springls__cell_coordinate(p.z, g->size[2]));
+        if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
+    }
+    return springls__grid_add_bricks(ctx, g, missing, n);
+}
+
+SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
+{
+    const float reach_cap = 2.5f;
+    springls__grid *g = &ctx->grid;
+    springls__cells *cells = &ctx->cells;
+    const springls__springl *s = ctx->set.s;
+    size_t n = (size_t)ctx->set.count;
+    size_t *key;
+    uint32_t running = 0;
+    int i, c;
+    if (ctx->cells_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cells_cover(ctx));
+    SPRINGLS__TRY(springls__grow(ctx, &cells->ids_memory, n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__grow(ctx, &cells->large_memory, n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__grow(ctx, &cells->key_memory, n + 1, sizeof(size_t), 0));
+    cells->ids = (uint32_t *)cells->ids_memory.data;
+    cells->large = (uint32_t *)cells->large_memory.data;
+    key = (size_t *)cells->key_memory.data;
+    cells->reach = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < g->active_count; i++)
+        memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+    for (i = 0; i < ctx->set.count; i++) { /* count, one place late: see the scan */
+        int x = springls__cell_coordinate(s[i].p.x, g->size[0]), y = springls__cell_coordinate(s[i].p.y, g->size[1]);
+        int z = springls__cell_coordinate(s[i].p.z, g->size[2]);
+        if (s[i].reach > reach_cap) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            key[i] = SIZE_MAX;
+            continue;
+        }
+        cells->reach = springls__max(cells->reach, s[i].reach);
+        key[i] = (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__CELLS + (size_t)springls__voxel_in_brick(x, y, z) + 1;
+        g->cell[key[i]]++;
+    }
+    for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
+        uint32_t *cell = g->cell + (size_t)g->active[i] * SPRINGLS__CELLS;
+        cell[0] = running;
+        for (c = 1; c < SPRINGLS__CELLS; c++) {
+            uint32_t count = cell[c];
+            cell[c] = running;
+            running += count;
+        }
+    }
+    for (i = 0; i < ctx->set.count; i++) /* scatter: entry c+1 moves on to where cell c ends */
+        if (key[i] != SIZE_MAX) cells->ids[g->cell[key[i]]++] = (uint32_t)i;
+    ctx->cells_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
+typedef struct springls__cell_walk {
+    const springls__grid *g;
+    const springls__cells *cells;
+    int lo[3], hi[3], x, y, z;
+    uint32_t next, end;
+    int large;
+} springls__cell_walk;
+
+SPRINGLS__FN springls__cell_walk springls__cell_walk_begin(const springls_context *ctx, springls__v3 lower, springls__v3 upper)
+{
+    springls__cell_walk walk;
+    const springls__grid *g = &ctx->grid;
+    walk.g = g;
+    walk.cells = &ctx->cells;
+    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]);
+    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]);
+    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]);
+    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
+    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
+    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
+    walk.x = walk.lo[0];
+    walk.y = walk.lo[1];
+    walk.z = walk.lo[2];
+    walk.next = walk.end = 0;
+    walk.large = 0;
+    return walk;
+}
+
+/* The next springl, or -1 at the end. */
+SPRINGLS__FN int springls__cell_walk_next(springls__cell_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__grid *g = walk->g;
+        const uint32_t *cell;
+        int last;
+        if (walk->z > walk->hi[2]) {
+            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;
+        }
+        last = springls__imin(walk->x | 7, walk->hi[0]);
+        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
+        walk->next = cell[springls__voxel_in_brick(walk->x, walk->y, walk->z)];
+        walk->end = cell[springls__voxel_in_brick(last, walk->y, walk->z) + 1];
+        walk->x = last + 1;
+        if (walk->x > walk->hi[0]) {
+            walk->x = walk->lo[0];
+            if (++walk->y > walk->hi[1]) {
+                walk->y = walk->lo[1];
+                walk->z++;
+            }
+        }
+    }
+    return (int)walk->cells->ids[walk->next++];
+}
+
+/* All springls of which some point may lie within `radius` of the box. */
+SPRINGLS__FN springls__cell_walk springls__cell_walk_around(const springls_context *ctx, springls__v3 lower, springls__v3 upper,
+                                                            float radius)
+{
+    float r = radius + ctx->cells.reach;
+    return springls__cell_walk_begin(ctx, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+}

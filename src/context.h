@@ -1,0 +1,146 @@
+/* context.h - the life cycle. */
+
+SPRINGLS__FN void springls__free_all(springls_context *ctx)
+{
+    int i;
+    springls__constellation_free(ctx);
+    springls__grid_free(ctx, &ctx->grid);
+    springls__grid_free(ctx, &ctx->reference);
+    springls__surface_free(ctx, &ctx->original);
+    springls__surface_free(ctx, &ctx->model);
+    springls__buffer_free(ctx, &ctx->cells.ids_memory);
+    springls__buffer_free(ctx, &ctx->cells.near_first_memory);
+    springls__buffer_free(ctx, &ctx->cells.near_memory);
+    springls__buffer_free(ctx, &ctx->cells.large_memory);
+    springls__buffer_free(ctx, &ctx->cells.key_memory);
+    springls__buffer_free(ctx, &ctx->neighbors);
+    for (i = 0; i < (int)(sizeof ctx->scratch / sizeof *ctx->scratch); i++) springls__buffer_free(ctx, &ctx->scratch[i]);
+}
+
+/* Reports a failure that happens before there is a context. */
+SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, springls_status status, const char *message)
+{
+    if (desc && desc->logger.log) desc->logger.log(desc->logger.user, 1, message);
+    return status;
+}
+
+SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out)
+{
+    springls_context *ctx;
+    springls_allocator allocator;
+    springls_params params;
+    springls_status status;
+    double to_world[12], to_voxel[12];
+    int axis;
+    if (out) *out = NULL;
+    if (!desc || !out) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: desc or out is NULL");
+    for (axis = 0; axis < 3; axis++)
+        if (desc->grid.size[axis] < 4) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: a grid side is shorter than 4 voxels");
+    if (!springls__grid_transform(&desc->grid, to_world, to_voxel))
+        return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: a grid side is longer than 4096, or spacing or direction is not usable");
+    params = desc->params ? *desc->params : springls_default_params();
+    if (springls__params_fault(&params)) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, springls__params_fault(&params));
+    if (desc->max_springls < 0) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: max_springls is negative");
+    allocator = desc->allocator;
+    if (!allocator.alloc) {
+        allocator.alloc = springls__malloc;
+        allocator.free = springls__free;
+    }
+    if (!allocator.free) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, "create: the allocator has no free");
+    ctx = (springls_context *)allocator.alloc(sizeof *ctx, allocator.user);
+    if (!ctx) return springls__create_fail(desc, SPRINGLS_OUT_OF_MEMORY, "create: out of memory");
+    memset(ctx, 0, sizeof *ctx);
+    ctx->memory_used = sizeof *ctx;
+    ctx->desc = *desc;
+    ctx->desc.params = NULL;
+    ctx->desc.allocator = allocator;
+    if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
+    ctx->params = params;
+    memcpy(ctx->to_world, to_world, sizeof to_world);
+    memcpy(ctx->to_voxel, to_voxel, sizeof to_voxel);
+    for (axis = 0; axis < 3; axis++) {
+        springls__v3 column = springls__v3_make((float)to_world[axis], (float)to_world[4 + axis], (float)to_world[8 + axis]);
+        float spacing = springls__length(column);
+        if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
+        if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
+    }
+    status = springls__grid_create(ctx, &ctx->grid, false);
+    if (status == SPRINGLS_OK) status = springls__grid_create(ctx, &ctx->reference, true);
+    if (status != SPRINGLS_OK) {
+        springls_destroy(ctx);
+        return status;
+    }
+    *out = ctx;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API void springls_destroy(springls_context *ctx)
+{
+    springls_allocator allocator;
+    if (!ctx) return;
+    springls__free_all(ctx);
+    allocator = ctx->desc.allocator;
+    allocator.free(ctx, sizeof *ctx, allocator.user);
+}
+
+SPRINGLS_API springls_status springls_reset(springls_context *ctx)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    springls__clear_model(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
+{
+    return ctx ? ctx->params : springls_default_params();
+}
+
+SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
+{
+    const char *fault;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
+    fault = springls__params_fault(params);
+    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
+    if (params->band_half_width != ctx->params.band_half_width && ctx->set.count > 0)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    ctx->params = *params;
+    ctx->omega_fresh = false;
+    if (ctx->set.count == 0) springls__clear_model(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { return ctx ? ctx->error : "no context"; }
+SPRINGLS_API size_t springls_memory_used(const springls_context *ctx) { return ctx ? ctx->memory_used : 0; }
+SPRINGLS_API int springls_version(void) { return SPRINGLS_VERSION; }
+
+#define SPRINGLS__TEXT(x) #x
+#define SPRINGLS__VERSION_TEXT(a, b, c) SPRINGLS__TEXT(a) "." SPRINGLS__TEXT(b) "." SPRINGLS__TEXT(c)
+
+SPRINGLS_API const char *springls_version_string(void)
+{
+    return SPRINGLS__VERSION_TEXT(SPRINGLS_VERSION_MAJOR, SPRINGLS_VERSION_MINOR, SPRINGLS_VERSION_PATCH);
+}
+
+SPRINGLS_API const char *springls_status_string(springls_status status)
+{
+    switch (status) {
+    case SPRINGLS_OK: return "ok";
+    case SPRINGLS_INVALID_ARGUMENT: return "invalid argument";
+    case SPRINGLS_OUT_OF_MEMORY: return "out of memory";
+    case SPRINGLS_BAD_MESH: return "bad mesh";
+    case SPRINGLS_NON_FINITE: return "not finite";
+    case SPRINGLS_EMPTY_MODEL: return "empty model";
+    case SPRINGLS_CANCELLED: return "cancelled";
+    default: return "unknown status";
+    }
+}
+
+/* x*x - y by two roundings differs from one fused operation exactly when the compiler contracts. */
+SPRINGLS_API bool springls_fp_contract_detected(void)
+{
+    volatile float x = 1.0f + 1.0f / 4096.0f;
+    float a = x, product = a * a;
+    volatile float rounded = product;
+    return a * a - rounded != 0.0f;
+}

@@ -1,0 +1,102 @@
+/* contract.h - removes poor springls and those far from the zero level (section 4.6). */
+
+typedef struct springls__contract_job {
+    springls_context *ctx;
+    uint8_t *keep;     /* 0 remove, 1 keep, 2 reshape */
+    float cos_min, cos_max;
+} springls__contract_job;
+
+SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
+{
+    const springls__contract_job *job = (const springls__contract_job *)arg;
+    const springls_context *ctx = job->ctx;
+    for (; begin < end; begin++) {
+        const springls__springl *s = &ctx->set.s[begin];
+        float phi = springls__grid_sample(&ctx->grid, ctx->grid.phi, s->p);
+        job->keep[begin] = 1;
+        if (springls__fabs(phi) > ctx->params.contract_distance) job->keep[begin] = 0;
+        else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
+            job->keep[begin] = ctx->params.reshape ? 2 : 0;
+    }
+}
+
+/* A good shape about the same particle, which keeps its exact path and correspondence. */
+SPRINGLS__FN void springls__reshape(springls_context *ctx, int i)
+{
+    const float smallest = 0.15f;
+    springls__springl *s = &ctx->set.s[i];
+    springls__tri t = springls__springl_tri(s);
+    springls__v3 area2 = springls__tri_area2(t), n;
+    float area = 0.5f * springls__length(area2);
+    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&ctx->grid, ctx->grid.phi, s->p));
+    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
+    t = springls__equilateral(s->p, n, springls__sub(t.a, s->p), springls__max(area, smallest));
+    s->q[0] = t.a;
+    s->q[1] = t.b;
+    s->q[2] = t.c;
+    springls__springl_finish(s);
+}
+
+/* True when an older kept springl on the same side sits closer than merge_distance. */
+SPRINGLS__FN bool springls__is_crowded(const springls_context *ctx, const uint8_t *keep, int i)
+{
+    const float r = ctx->params.merge_distance;
+    const springls__springl *s = &ctx->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r),
+                                                         springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *o = &ctx->set.s[other];
+        bool older = ctx->set.generation[other] < ctx->set.generation[i]
+                  || (ctx->set.generation[other] == ctx->set.generation[i] && other < i);
+        if (!older || !keep[other] || springls__length2(springls__sub(o->p, s->p)) >= r * r) continue;
+        if (springls__dot(springls__springl_normal(o), n) > 0.3f) return true;
+    }
+    return false;
+}
+
+/* Of two springls that sit on each other the younger goes: oldest first, so that only kept ones displace others. */
+SPRINGLS__FN springls_status springls__merge_crowded(springls_context *ctx, uint8_t *keep)
+{
+    enum { AGES = 256 };
+    int first[AGES + 1], *order, i, age, count = ctx->set.count;
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&order));
+    memset(first, 0, sizeof first);
+    for (i = 0; i < count; i++) first[springls__imin((int)ctx->set.generation[i], AGES - 1) + 1]++;
+    for (age = 0; age < AGES; age++) first[age + 1] += first[age];
+    for (i = 0; i < count; i++) order[first[springls__imin((int)ctx->set.generation[i], AGES - 1)]++] = i;
+    for (i = 0; i < count; i++)
+        if (keep[order[i]] && springls__is_crowded(ctx, keep, order[i])) keep[order[i]] = 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
+{
+    springls__contract_job job;
+    int i;
+    if (ctx->set.count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->set.count, 1, (void **)&job.keep));
+    job.ctx = ctx;
+    job.cos_min = springls__cospi(ctx->params.min_angle / 180.0f);
+    job.cos_max = springls__cospi(ctx->params.max_angle / 180.0f);
+    springls__parallel(ctx, ctx->set.count, 256, springls__contract_task, &job);
+    for (i = 0; i < ctx->set.count; i++) {
+        if (job.keep[i] != 2) continue;
+        springls__reshape(ctx, i);
+        ctx->stats.reshaped++;
+    }
+    if (ctx->params.merge_distance > 0.0f) {
+        springls__constellation_changed(ctx);
+        SPRINGLS__TRY(springls__merge_crowded(ctx, job.keep));
+    }
+    ctx->stats.removed += springls__constellation_compact(ctx, job.keep);
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_contract(springls_context *ctx)
+{
+    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
+}

@@ -1,0 +1,67 @@
+/* measure.h - volume, area and topology of the zero level; statistics; the state hash. */
+
+SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out)
+{
+    springls__raw_mesh raw;
+    springls__mesh_report report;
+    int32_t *parent;
+    uint64_t *sides;
+    if (!ctx || !out) return SPRINGLS_INVALID_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    if (raw.vertex_count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)raw.triangle_count * 3, sizeof *sides, (void **)&sides));
+    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)raw.vertex_count, sizeof *parent, (void **)&parent));
+    springls_to_world(ctx, &raw.positions[0].x, raw.vertex_count, &raw.positions[0].x);
+    springls__mesh_measure(&raw.positions[0].x, raw.vertex_count, raw.triangles, raw.triangle_count, parent, sides, &report);
+    out->volume = springls__is_mirrored(ctx) ? -report.volume : report.volume;
+    out->area = report.area;
+    memcpy(out->lower, report.lo, sizeof out->lower);
+    memcpy(out->upper, report.hi, sizeof out->upper);
+    out->components = report.components;
+    out->euler = report.euler;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx)
+{
+    springls_stats stats;
+    memset(&stats, 0, sizeof stats);
+    if (!ctx) return stats;
+    stats = ctx->stats;
+    stats.springls = ctx->set.count;
+    stats.bricks = ctx->grid.active_count;
+    return stats;
+}
+
+/* FNV-1a over 32-bit words. */
+SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t bytes)
+{
+    const unsigned char *p = (const unsigned char *)data;
+    size_t i;
+    for (i = 0; i + 4 <= bytes; i += 4) {
+        uint32_t word;
+        memcpy(&word, p + i, 4);
+        hash = (hash ^ word) * 1099511628211u;
+    }
+    return hash;
+}
+
+SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
+{
+    uint64_t hash = 14695981039346656037u;
+    int i, v;
+    if (!ctx) return 0;
+    for (i = 0; i < ctx->set.count; i++) hash = springls__hash(hash, &ctx->set.s[i], sizeof ctx->set.s[i]);
+    hash = springls__hash(hash, ctx->set.a, (size_t)ctx->set.count * sizeof *ctx->set.a);
+    hash = springls__hash(hash, ctx->set.id, (size_t)ctx->set.count * sizeof *ctx->set.id);
+    for (i = 0; i < ctx->grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
+        int slot = ctx->grid.active[i], o[3];
+        springls__slot_origin(&ctx->grid, slot, o);
+        hash = springls__hash(hash, &ctx->grid.slot_brick[slot], sizeof(int));
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (springls__grid_contains(&ctx->grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
+                hash = springls__hash(hash, &ctx->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
+    }
+    return hash;
+}

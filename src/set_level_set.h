@@ -1,0 +1,378 @@
+/* set_level_set.h - models from signed distances, level sets, labels and thresholds; the initial springls. */
+
+/* Distance to the border of the domain, half a voxel beyond the outermost centres; positive inside. */
+SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__v3 x)
+{
+    float dx = springls__min(x.x + 0.5f, (float)g->size[0] - 0.5f - x.x), dy = springls__min(x.y + 0.5f, (float)g->size[1] - 0.5f - x.y);
+    return springls__min(springls__min(dx, dy), springls__min(x.z + 0.5f, (float)g->size[2] - 0.5f - x.z));
+}
+
+/* Empty model, empty grid. */
+SPRINGLS__FN void springls__clear_model(springls_context *ctx)
+{
+    ctx->set.count = 0;
+    ctx->set.next_id = 0;
+    ctx->iteration = 0;
+    ctx->time = 0.0;
+    memset(&ctx->stats, 0, sizeof ctx->stats);
+    springls__grid_clear(ctx, &ctx->grid, false);
+    springls__grid_clear(ctx, &ctx->reference, true);
+    springls__constellation_changed(ctx);
+}
+
+/* On failure the model is left empty. */
+SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, springls_status status)
+{
+    if (status != SPRINGLS_OK) springls__clear_model(ctx);
+    return status;
+}
+
+SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
+{
+    springls__v3 *points;
+    int i, m;
+    SPRINGLS__TRY(springls__grid_copy_phi(ctx, &ctx->reference, &ctx->grid));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count * 3, sizeof *points, (void **)&points));
+    for (i = 0; i < ctx->set.count; i++)
+        for (m = 0; m < 3; m++) points[3 * i + m] = ctx->set.s[i].q[m];
+    return springls__surface_build(ctx, &ctx->original, points, ctx->set.count);
+}
+
+/* ---- a signed distance asked where it is needed ---- */
+
+typedef void (*springls__distance_fn)(void *arg, const springls__v3 *points, int count, float *out);
+
+typedef struct springls__distance_job { springls_context *ctx; springls__distance_fn fn; void *arg; float *centers; } springls__distance_job;
+
+SPRINGLS__FN void springls__ask_distances(const springls__distance_job *job, const springls__v3 *points, int count, float *out)
+{
+    int i;
+    job->fn(job->arg, points, count, out);
+    for (i = 0; i < count; i++) out[i] = springls__max(out[i], -springls__border_distance(&job->ctx->grid, points[i]));
+}
+
+SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
+{
+    const springls__distance_job *job = (const springls__distance_job *)arg;
+    const springls__grid *g = &job->ctx->grid;
+    springls__v3 points[64];
+    while (begin < end) {
+        int count = springls__imin(64, end - begin), i;
+        for (i = 0; i < count; i++) {
+            int brick = begin + i;
+            points[i].x = 8.0f * (float)(brick % g->bricks[0]) + 3.5f;
+            points[i].y = 8.0f * (float)(brick / g->bricks[0] % g->bricks[1]) + 3.5f;
+            points[i].z = 8.0f * (float)(brick / (g->bricks[0] * g->bricks[1])) + 3.5f;
+        }
+        springls__ask_distances(job, points, count, job->centers + begin);
+        begin += count;
+    }
+}
+
+SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
+{
+    const springls__distance_job *job = (const springls__distance_job *)arg;
+    const springls__grid *g = &job->ctx->grid;
+    springls__v3 points[SPRINGLS__BRICK_VOXELS];
+    for (; begin < end; begin++) {
+        float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        int o[3], v;
+        springls__slot_origin(g, g->active[begin], o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
+        springls__ask_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (phi[v] == phi[v]) phi[v] = springls__clamp(phi[v], -g->far_value, g->far_value);
+    }
+}
+
+/* The narrow band of a signed distance, in voxels, negative inside; beyond the band a lower bound of its size will do.
+   fn is called concurrently. */
+SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
+{
+    springls__grid *g = &ctx->grid;
+    const float reach = ctx->params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
+    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, *list;
+    springls__distance_job job;
+    job.ctx = ctx;
+    job.fn = fn;
+    job.arg = arg;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, sizeof(float), (void **)&job.centers));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    springls__parallel(ctx, bricks, 512, springls__center_task, &job);
+    for (i = 0; i < bricks; i++) {
+        float d = job.centers[i];
+        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", i);
+        g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        if (springls__fabs(d) <= reach) list[n++] = i;
+    }
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, list, n));
+    springls__parallel(ctx, g->active_count, 2, springls__voxel_task, &job);
+    for (i = 0; i < g->active_count; i++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v] != g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v])
+                return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN in brick %d", g->slot_brick[g->active[i]]);
+    return springls__band_move(ctx);
+}
+
+/* ---- dense voxels ---- */
+
+typedef float (*springls__voxel_fn)(const void *arg, size_t index);
+
+/* From any function negative inside, of any scale: bricks where it changes sign, re-distanced outwards from there. */
+SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+{
+    springls__grid *g = &ctx->grid;
+    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], n = 0, brick, *list, x, y, z, pass;
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    for (brick = 0; brick < bricks; brick++) {
+        int o[3], inside = 0, seen = 0;
+        o[0] = 8 * (brick % g->bricks[0]);
+        o[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
+        o[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+        for (z = springls__imax(o[2] - 1, 0); z < springls__imin(o[2] + 9, g->size[2]); z++)
+            for (y = springls__imax(o[1] - 1, 0); y < springls__imin(o[1] + 9, g->size[1]); y++)
+                for (x = springls__imax(o[0] - 1, 0); x < springls__imin(o[0] + 9, g->size[0]); x++) {
+                    float v = value(arg, (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z));
+                    if (v != v) return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is NaN", x, y, z);
+                    inside += v < 0.0f;
+                    seen++;
+                }
+        g->top[brick] = inside == seen ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        if (inside > 0 && (inside < seen || o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 8 >= g->size[0] || o[1] + 8 >= g->size[1] || o[2] + 8 >= g->size[2]))
+            list[n++] = brick; /* the border of the domain ends the object */
+    }
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, list, n));
+    for (n = 0; n < g->active_count; n++) {
+        float *phi = g->phi + (size_t)g->active[n] * SPRINGLS__BRICK_VOXELS;
+        int o[3];
+        springls__slot_origin(g, g->active[n], o);
+        for (z = 0; z < 8; z++)
+            for (y = 0; y < 8; y++)
+                for (x = 0; x < 8; x++) {
+                    if (!springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
+                    phi[x + 8 * y + 64 * z] = value(arg, (size_t)(o[0] + x) + (size_t)g->size[0] * ((size_t)(o[1] + y) + (size_t)g->size[1] * (size_t)(o[2] + z)));
+                }
+    }
+    springls__parallel(ctx, g->active_count, 8, springls__interface_task, ctx);
+    springls__swap_phi(g);
+    for (pass = 0; pass < 2; pass++) {
+        springls__redistance_sweeps(ctx, 6);
+        SPRINGLS__TRY(springls__band_move(ctx));
+    }
+    springls__redistance_sweeps(ctx, 4);
+    return SPRINGLS_OK;
+}
+
+/* ---- the initial springls ---- */
+
+/* phi's zero by two Newton steps along its gradient. */
+SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
+{
+    int i;
+    for (i = 0; i < 3; i++) {
+        springls__v3 n = springls__grid_gradient(g, g->phi, x);
+        float n2 = springls__length2(n);
+        if (n2 > 0.1f) x = springls__mad(x, n, -springls__clamp(springls__grid_sample(g, g->phi, x) / n2, -0.5f, 0.5f));
+    }
+    return x;
+}
+
+SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x, int y, int z, int stride)
+{
+    const springls__grid *g = &ctx->grid;
+    springls__mc_cell cell;
+    springls__springl s;
+    int c, k, m, mask;
+    for (c = 0; c < 8; c++)
+        cell.phi[c] = springls__grid_phi(g, g->phi, x + stride * (c & 1), y + stride * ((c >> 1) & 1), z + stride * (c >> 2));
+    mask = springls__mc_case(cell);
+    if (springls__mc_count(mask) == 0) return SPRINGLS_OK;
+    if (ctx->set.count + springls__mc_count(mask) > ctx->desc.max_springls) {
+        ctx->stats.refused += springls__mc_count(mask);
+        return SPRINGLS_OK;
+    }
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->set.count + springls__mc_count(mask)));
+    for (k = 0; k < springls__mc_count(mask); k++) {
+        for (m = 0; m < 3; m++) {
+            int edge = springls__mc_edge(mask, k, m);
+            s.q[m] = springls__mad(springls__v3_make((float)x, (float)y, (float)z), springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
+            if (ctx->params.project_initial) s.q[m] = springls__to_zero_level(g, s.q[m]);
+        }
+        s.p = springls__tri_centroid(springls__springl_tri(&s));
+        if (ctx->params.project_initial) {
+            springls__v3 p = springls__to_zero_level(g, s.p);
+            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
+            s.p = p;
+        }
+        springls__constellation_append(ctx, &s, s.p, 0, 0);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Marching cubes of phi on every `initial_stride`-th voxel. */
+SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->grid;
+    const int stride = ctx->params.initial_stride;
+    int i, x, y, z;
+    for (i = 0; i < g->active_count; i++) {
+        int o[3], lo[3], axis;
+        springls__slot_origin(g, g->active[i], o);
+        for (axis = 0; axis < 3; axis++) lo[axis] = o[axis] == 0 ? -stride : o[axis];
+        for (z = lo[2]; z < springls__imin(o[2] + 8, g->size[2]); z += stride)
+            for (y = lo[1]; y < springls__imin(o[1] + 8, g->size[1]); y += stride)
+                for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
+                    SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
+    }
+    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid");
+    springls__constellation_changed(ctx);
+    return springls__adopt_reference(ctx);
+}
+
+/* ---- public ---- */
+
+typedef struct springls__implicit_job { springls_context *ctx; springls_implicit_fn fn; void *user; } springls__implicit_job;
+
+SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *points, int count, float *out)
+{
+    const springls__implicit_job *job = (const springls__implicit_job *)arg;
+    springls__v3 world[SPRINGLS__BRICK_VOXELS];
+    float scale = 1.0f / job->ctx->largest_spacing; /* a lower bound of the distance in voxels, exact when uniform */
+    int i;
+    springls_to_world(job->ctx, &points[0].x, count, &world[0].x);
+    job->fn(job->user, &world[0].x, count, out);
+    for (i = 0; i < count; i++) out[i] *= scale;
+}
+
+SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, springls_implicit_fn fn, void *user)
+{
+    springls__implicit_job job;
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_implicit: the function is NULL");
+    job.ctx = ctx;
+    job.fn = fn;
+    job.user = user;
+    springls__clear_model(ctx);
+    status = springls__set_from_distance(ctx, springls__implicit_distance, &job);
+    if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
+        status = springls__rebuild(ctx);
+        springls__redistance_sweeps(ctx, 8);
+    }
+    if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
+    return springls__clear_on_failure(ctx, status);
+}
+
+SPRINGLS__FN float springls__level_set_value(const void *arg, size_t index) { return ((const float *)arg)[index]; }
+
+typedef struct springls__label_source { const int32_t *labels; int32_t label; } springls__label_source;
+
+SPRINGLS__FN float springls__label_value(const void *arg, size_t index)
+{
+    const springls__label_source *source = (const springls__label_source *)arg;
+    bool inside = source->label < 0 ? source->labels[index] != 0 : source->labels[index] == source->label;
+    return inside ? -0.5f : 0.5f;
+}
+
+typedef struct springls__threshold_source { const float *intensity; float low, high, scale; } springls__threshold_source;
+
+SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
+{
+    const springls__threshold_source *source = (const springls__threshold_source *)arg;
+    float v = source->intensity[index];
+    if (v != v) return 1.0f;
+    return springls__clamp(springls__max(source->low - v, v - source->high) * source->scale, -1e6f, 1e6f);
+}
+
+SPRINGLS__FN springls_status springls__set_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+{
+    springls_status status;
+    springls__clear_model(ctx);
+    status = springls__set_from_voxels(ctx, value, arg);
+    if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
+    return springls__clear_on_failure(ctx, status);
+}
+
+SPRINGLS_API springls_status springls_set_level_set(springls_context *ctx, const float *phi)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!phi) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_level_set: phi is NULL");
+    return springls__set_voxels(ctx, springls__level_set_value, phi);
+}
+
+SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const int32_t *labels, int32_t label)
+{
+    springls__label_source source;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!labels) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_labels: labels is NULL");
+    source.labels = labels;
+    source.label = label;
+    return springls__set_voxels(ctx, springls__label_value, &source);
+}
+
+SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high)
+{
+    springls__threshold_source source;
+    size_t i, n;
+    float lowest = FLT_MAX, highest = -FLT_MAX;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!intensity || !(low <= high)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
+    n = (size_t)ctx->grid.size[0] * (size_t)ctx->grid.size[1] * (size_t)ctx->grid.size[2];
+    for (i = 0; i < n; i++) {
+        if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
+        if (intensity[i] > highest && intensity[i] < FLT_MAX) highest = intensity[i];
+    }
+    source.intensity = intensity;
+    source.low = low;
+    source.high = high;
+    source.scale = highest > lowest ? 256.0f / (highest - lowest) : 1.0f; /* slopes of order one, whatever the unit */
+    return springls__set_voxels(ctx, springls__threshold_value, &source);
+}
+
+SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
+    SPRINGLS__TRY(springls__adopt_reference(ctx));
+    for (i = 0; i < ctx->set.count; i++) ctx->set.a[i] = ctx->set.s[i].p;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    for (i = 0; i < ctx->set.count; i++) ctx->set.mask[i] = mask && mask[i] ? 1 : 0;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
+                                                   const float *correspondences, int count)
+{
+    springls_status status;
+    int i, m, k;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!vertices || count <= 0 || count > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: vertices is NULL, or the count %d is out of range", count);
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 9; k++)
+            if (!(springls__fabs(vertices[9 * i + k]) < 1e6f) || (k < 3 && particles && !(springls__fabs(particles[3 * i + k]) < 1e6f))
+                || (k < 3 && correspondences && !(springls__fabs(correspondences[3 * i + k]) < 1e6f)))
+                return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+    springls__clear_model(ctx);
+    status = springls__constellation_reserve(ctx, count);
+    for (i = 0; i < count && status == SPRINGLS_OK; i++) {
+        springls__springl s;
+        for (m = 0; m < 3; m++) s.q[m] = springls__v3_make(vertices[9 * i + 3 * m], vertices[9 * i + 3 * m + 1], vertices[9 * i + 3 * m + 2]);
+        s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(&s));
+        springls__constellation_append(ctx, &s, s.p, 0, 0);
+    }
+    if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
+    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) status = springls__evolve_and_rebuild(ctx);
+    if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
+    for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
+        ctx->set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
+    return springls__clear_on_failure(ctx, status);
+}

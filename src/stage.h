@@ -1,0 +1,49 @@
+/* stage.h - the begin and end of every stage: time and trace hooks. */
+
+#if defined(_OPENMP)
+#include <omp.h>
+#endif
+#include <time.h>
+
+SPRINGLS__FN double springls__now(const springls_context *ctx)
+{
+    if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
+#if defined(_OPENMP)
+    return omp_get_wtime();
+#else
+    return (double)clock() / (double)CLOCKS_PER_SEC;
+#endif
+}
+
+SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
+{
+    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);
+    return springls__now(ctx);
+}
+
+SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stage, double started)
+{
+    double seconds = springls__now(ctx) - started;
+    ctx->stats.seconds[stage] += seconds;
+    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
+}
+
+/* Runs one stage under its clock: the body of every public stage call. */
+SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage,
+                                              springls_status (*run)(springls_context *))
+{
+    springls_status status;
+    double started;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    started = springls__stage_begin(ctx, stage);
+    status = run(ctx);
+    springls__stage_end(ctx, stage, started);
+    return status;
+}
+
+SPRINGLS_API const char *springls_stage_name(springls_stage stage)
+{
+    static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
+                                                             "fill_gaps", "track", "unsigned_to_signed" };
+    return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
+}

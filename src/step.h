@@ -1,0 +1,100 @@
+/* step.h - Algorithms 2 and 3. */
+
+SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls_evolve(ctx));
+    return springls_rebuild(ctx);
+}
+
+/* The level set catches up with the springls. */
+SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
+{
+    int z;
+    for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
+    return SPRINGLS_OK;
+}
+
+/* Algorithm 2 after Advect. */
+SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
+{
+    bool resample = ctx->iteration % ctx->params.resample_period == 0;
+    SPRINGLS__TRY(springls_relax(ctx));
+    if (resample && !one_to_one) {
+        SPRINGLS__TRY(springls_contract(ctx));
+        SPRINGLS__TRY(springls_resample(ctx));
+        SPRINGLS__TRY(springls_relax(ctx));
+    }
+    SPRINGLS__TRY(springls__follow(ctx));
+    if (resample) SPRINGLS__TRY(springls__orient(ctx));
+    return resample && !one_to_one ? springls_fill_gaps(ctx) : SPRINGLS_OK;
+}
+
+/* Algorithm 3 after Advect. */
+SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool one_to_one)
+{
+    SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
+    SPRINGLS__TRY(springls__follow(ctx));
+    SPRINGLS__TRY(springls_relax(ctx));
+    if (one_to_one) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls_fill_gaps(ctx));
+    SPRINGLS__TRY(springls_contract(ctx));
+    return springls_resample(ctx);
+}
+
+SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float dt)
+{
+    springls_status status;
+    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    status = springls__advect(ctx, step->forces, (float)ctx->time, dt, step->stop_at_topology);
+    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
+    if (status != SPRINGLS_OK) return status;
+    ctx->time += (double)dt;
+    ctx->iteration++;
+    ctx->stats.steps++;
+    if (step->mode == SPRINGLS_FLUID) return springls__fluid_step(ctx, step->one_to_one);
+    if (step->mode == SPRINGLS_ELASTIC) return springls__elastic_step(ctx, step->one_to_one);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
+{
+    const int most = 10000;
+    float speed, limit, substeps = 1.0f;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
+    if (step->dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, step->dt);
+    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
+    SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
+    if (step->dt == 0.0f) /* section 4.8: dt = d_max / f_max */
+        return springls__substep(ctx, step, speed > 1e-6f ? limit / speed : 0.0f);
+    substeps = springls__floor(speed * step->dt / limit * 0.9999f) + 1.0f;
+    if (!(substeps <= (float)most))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", most);
+    for (i = 0; i < (int)substeps; i++) SPRINGLS__TRY(springls__substep(ctx, step, step->dt / substeps));
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
+{
+    const float still = 1e-3f; /* share of moving springls at which an active contour has arrived */
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
+    for (i = 0; i < steps; i++) {
+        SPRINGLS__TRY(springls_step(ctx, step));
+        if (ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, (float)(i + 1) / (float)steps))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
+        if (ctx->stats.moving <= still) return SPRINGLS_OK;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
+
+SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
+{
+    if (ctx) ctx->time = time;
+}

@@ -1,0 +1,54 @@
+/* transform.h - between the voxels of a grid and the world. */
+
+/* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
+SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
+{
+    double m[12], det;
+    int row, column;
+    bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
+    for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
+    for (row = 0; row < 3; row++) {
+        if (grid->size[row] < 1 || grid->size[row] > 4096) return false;
+        for (column = 0; column < 3; column++) {
+            double direction = no_direction ? (row == column ? 1.0 : 0.0) : grid->direction[3 * row + column];
+            m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
+            if (!no_spacing && !(grid->spacing[column] > 0.0)) return false;
+        }
+        m[4 * row + 3] = grid->origin[row];
+        for (column = 0; column < 4; column++)
+            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30)) return false;
+    }
+    det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+    if (!(det > 1e-30 || det < -1e-30)) return false;
+    if (forward) memcpy(forward, m, sizeof m);
+    inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
+    inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
+    inverse[2] = (m[1] * m[6] - m[2] * m[5]) / det;
+    inverse[4] = (m[6] * m[8] - m[4] * m[10]) / det;
+    inverse[5] = (m[0] * m[10] - m[2] * m[8]) / det;
+    inverse[6] = (m[2] * m[4] - m[0] * m[6]) / det;
+    inverse[8] = (m[4] * m[9] - m[5] * m[8]) / det;
+    inverse[9] = (m[1] * m[8] - m[0] * m[9]) / det;
+    inverse[10] = (m[0] * m[5] - m[1] * m[4]) / det;
+    for (row = 0; row < 3; row++)
+        inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
+    return true;
+}
+
+/* A direction matrix of negative determinant turns triangles inside out on their way to the world. */
+SPRINGLS__FN bool springls__is_mirrored(const springls_context *ctx)
+{
+    const double *m = ctx->to_world;
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0.0;
+}
+
+/* The world's unit normal of a surface whose normal in voxels is n: by the transpose of world -> voxel. */
+SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx, springls__v3 n)
+{
+    const double *m = ctx->to_voxel;
+    float unit = ctx->smallest_spacing;
+    return springls__normalize(springls__v3_make(
+        unit * (float)(m[0] * (double)n.x + m[4] * (double)n.y + m[8] * (double)n.z),
+        unit * (float)(m[1] * (double)n.x + m[5] * (double)n.y + m[9] * (double)n.z),
+        unit * (float)(m[2] * (double)n.x + m[6] * (double)n.y + m[10] * (double)n.z)));
+}
