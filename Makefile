@@ -34,7 +34,9 @@ BENCHES      := $(patsubst tests/bench/%.c,build/bench/%,$(wildcard tests/bench/
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
 TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(sort $(wildcard tests/test_*.c)))
 
-export SPRINGLS_DATA
+ifdef SPRINGLS_DATA
+  export SPRINGLS_DATA
+endif
 
 .PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper install format clean \
         asan ubsan tsan compile-matrix deps-matrix bench-run FORCE
@@ -48,7 +50,7 @@ help:   ## this list
 deps: deps-test deps-demo   ## install what demo and test need, where missing
 
 deps-demo deps-test deps-bench deps-matrix:
-	@CC="$(CC)" CXX="$(CXX)" .ci/deps.sh $(@:deps-%=%)
+	@CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh $(@:deps-%=%)
 
 # ---- the product ----
 
@@ -121,7 +123,7 @@ tsan:   ## the tests under ThreadSanitizer (data races)
 	@$(MAKE) --no-print-directory test VARIANT=tsan OPT=-O1 SANITIZE="-fsanitize=thread"
 
 compile-matrix: deps-matrix   ## springls.h in every language, linkage and namespace mode, gcc and clang
-	@$(MAKE) --no-print-directory springls.h
+	@$(MAKE) --no-print-directory springls.h build/embed
 	@tests/compile/matrix.sh
 
 # ---- measurements ----

@@ -79,6 +79,7 @@ prefixed_macros() {
 # What a C program sees of both must be the same program: the parts as they are, and the header made of them.
 parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only -x c tests/springls_under_test.h; }
 
+. $here/embed.sh
 check "macros all begin with SPRINGLS" prefixed_macros
 for cc in gcc clang; do
     cxx=${cc/gcc/g}++   # g++, clang++
@@ -94,6 +95,8 @@ for cc in gcc clang; do
         check "$cc $std: other headers' names stay free" compiles $compile -fno-builtin $here/clean_names.c
     done
     std=-std=c99
+    # Compilers warn of more the more they optimise, and of other things.
+    check "$cc: implementation at -O2" compiles $cc $std -O2 $here/implement.c
     check "$cc: implementation at -O3 -DNDEBUG" compiles $cc $std -O3 -DNDEBUG $here/implement.c
     check "$cc: implementation with OpenMP" compiles $cc $std -fopenmp $here/implement.c
     check "$cc: the parts compile without the tool" parts_compile $cc
