@@ -147,6 +147,7 @@ typedef struct springls_params {
 
     /* resample: section 4.6 */
     int resample_period;     /* M of Algorithm 2                                                                */
+    int resample_last;       /* 1: contract and resample when the level set has followed; 0: before (Algorithm 2) */
     float split_edge;        /* split at the longest edge when it is longer                                     */
     springls_placement placement; /* of split and filled springls                                               */
 

@@ -1,5 +1,18 @@
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
+SPRINGLS__FN void springls__sample_phi_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    for (; begin < end; begin++) ctx->set.phi[begin] = springls__grid_sample(&ctx->grid, ctx->grid.phi, ctx->set.s[begin].p);
+}
+
+/* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
+   a step as long as d_max a good springl is further from the old zero level than contract allows. */
+SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
+{
+    springls__parallel(ctx, ctx->set.count, 512, springls__sample_phi_task, ctx);
+}
+
 typedef struct springls__contract_job {
     springls_context *ctx;
     uint8_t *keep;     /* 0 remove, 1 keep, 2 reshape */
@@ -12,9 +25,8 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
-        float phi = springls__grid_sample(&ctx->grid, ctx->grid.phi, s->p);
         job->keep[begin] = 1;
-        if (springls__fabs(phi) > ctx->params.contract_distance) job->keep[begin] = 0;
+        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = 0;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? 2 : 0;
     }
@@ -98,5 +110,6 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
+    if (ctx) springls__sample_phi(ctx);
     return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
 }

@@ -56,6 +56,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
+    p.resample_last = 1;
     p.split_edge = 2.0f;
     p.placement = SPRINGLS_PLACE_QUADRATIC;
     p.evolve_iterations = 3;

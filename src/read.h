@@ -76,11 +76,9 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
     if (!out && ctx->set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->set.count; i++) {
         const springls__springl *s = &ctx->set.s[i];
-        float *surfel = out + 7 * (size_t)i, normal[3];
-        springls__v3 n;
+        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(s));
+        float *surfel = out + 7 * (size_t)i;
         springls__voxel_to_world(ctx, s->p, surfel);
-        springls__covector_to_world(ctx, springls__springl_normal(s), (double)ctx->smallest_spacing, normal);
-        n = springls__normalize(springls__load3(normal));
         surfel[3] = n.x; surfel[4] = n.y; surfel[5] = n.z;
         surfel[6] = 0.0f;
         for (m = 0; m < 3; m++) {

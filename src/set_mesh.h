@@ -89,11 +89,6 @@ SPRINGLS__FN void springls__transform(const double *m, double x, double y, doubl
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
 }
 
-SPRINGLS__FN double springls__determinant(const double *m)
-{
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
-}
-
 /* Checks every index and every used position, and welds equal points. lower, upper: the mesh's bounds in voxels. */
 SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
                                                  int position_count, size_t stride, const int *triangles,
@@ -396,7 +391,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
 SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, bool balanced)
 {
     springls__mesh_distance distance;
-    uint8_t mirrored = springls__determinant(ctx->to_voxel) < 0.0;
+    uint8_t mirrored = springls__is_mirrored(ctx);
     int t, k;
     springls__clear_model(ctx);
     SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));

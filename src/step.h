@@ -17,16 +17,21 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 /* Algorithm 2 after Advect. */
 SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
 {
-    bool resample = ctx->iteration % ctx->params.resample_period == 0;
+    bool last = ctx->params.resample_last != 0, resample = !one_to_one && ctx->iteration % ctx->params.resample_period == 0;
     SPRINGLS__TRY(springls_relax(ctx));
-    if (resample && !one_to_one) {
-        SPRINGLS__TRY(springls_contract(ctx));
+    if (resample && !last) {
+        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
     SPRINGLS__TRY(springls__follow(ctx));
-    if (resample) SPRINGLS__TRY(springls__orient(ctx));
-    return resample && !one_to_one ? springls_fill_gaps(ctx) : SPRINGLS_OK;
+    if (!resample) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__orient(ctx));
+    if (last) {
+        SPRINGLS__TRY(springls_contract(ctx));
+        SPRINGLS__TRY(springls_resample(ctx));
+    }
+    return springls_fill_gaps(ctx);
 }
 
 /* Algorithm 3 after Advect. */
@@ -45,6 +50,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
 {
     springls_status status;
     double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    if (step->mode == SPRINGLS_FLUID) springls__sample_phi(ctx);
     status = springls__advect(ctx, step->forces, (float)ctx->time, dt, step->stop_at_topology);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
