@@ -1,7 +1,7 @@
 # springls: what there is to build, test and measure. `make` alone lists it.
 #
 #   CC=clang CXX=clang++   other compilers        OPT=-O1   optimisation        CFLAGS=...   more flags
-#   NATIVE=1               tune for this machine
+#   NATIVE=1               tune for this machine  V=1       print the commands
 #   OPENMP=0 / OPENMP=1    threads by OpenMP: examples and benchmarks have them unless 0, tests only when 1
 #   PARTS=1                tests read src/springls_parts.h, so that compiler messages name the part
 #   SPRINGLS_DATA=folder   an optional collection of test data; without it the tests that want it are skipped
@@ -10,6 +10,8 @@
 ifeq ($(origin CXX),default)
   CXX = g++
 endif
+# Only the name of what is built is printed; V=1 prints the commands.
+SAY           = $(if $(V),,@echo "  $@";)
 PREFIX       ?= /usr/local
 WARNINGS      = -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow
 # Results are the same bits for every compiler and level only while nobody fuses a*b+c.
@@ -17,9 +19,11 @@ EXACT         = -ffp-contract=off
 STRICT        = -std=c99 $(WARNINGS) -Werror $(EXACT)
 MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
-                $(if $(filter 0,$(OPENMP)),,-fopenmp) $(CFLAGS)
+                $(if $(filter 0,$(OPENMP)),,-fopenmp) $(NIFTI) $(CFLAGS)
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
                 $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(CFLAGS)
+# Debian's NIfTI headers want their own folder in the search path.
+NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
 EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lz -lm -pthread
 TEST_LIBS     = -lm -pthread
@@ -49,14 +53,16 @@ help:   ## this list
 
 deps: deps-test deps-demo   ## install what demo and test need, where missing
 
+DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
+
 deps-demo deps-test deps-bench deps-matrix:
-	@CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh $(@:deps-%=%)
+	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
 
 build/embed: kernels_embed/embed.c
 	@mkdir -p build
-	$(CC) $(STRICT) -O1 -o $@ $<
+	$(SAY)$(CC) $(STRICT) -O1 -o $@ $<
 
 springls.h: build/embed $(PARTS_FILES) $(KERNEL_FILES)   ## put the parts together again, if one has changed
 	build/embed src/springls_parts.h $(KERNEL_FILES) > build/springls.h.new
@@ -73,24 +79,24 @@ check: build/embed   ## is springls.h what the parts produce? is its OpenCL text
 	@build/print_kernels > build/kernels.cl
 	@tests/compile/kernels.sh build/kernels.cl
 
+SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
 .PRECIOUS: %/settings
 %/settings: FORCE
 	@mkdir -p $(@D)
-	@echo '$(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS)' | cmp -s - $@ || \
-	  echo '$(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS)' > $@
+	@echo '$(SETTINGS)' | cmp -s - $@ || echo '$(SETTINGS)' > $@
 
 # ---- examples ----
 
 build/common/%.o: examples/common/%.c build/common/settings
-	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -c -o $@ $<
+	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -c -o $@ $<
 
 build/libcommon.a: $(COMMON)
 	@rm -f $@
-	$(AR) rcs $@ $(COMMON)
+	$(SAY)$(AR) rcs $@ $(COMMON)
 
 build/%: examples/%.c springls.h build/libcommon.a build/common/settings
-	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF build/$*.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
+	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF build/$*.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
 
 examples: $(EXAMPLES)   ## build every program of examples/ into build/
 
@@ -105,22 +111,33 @@ demo: deps-demo   ## from nothing to results: set-up, build, two programs run in
 
 # ---- tests ----
 
+# Tests of examples/common are compiled together with it, so that the sanitizers see its code too. Where its libraries
+# cannot be had these tests skip themselves.
+ifeq ($(WITH_LIBRARIES),1)
+$(TEST_DIR)/test_examples_%: tests/test_examples_%.c springls.h $(TEST_DIR)/settings $(wildcard examples/common/*.[ch])
+	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -DTEST_EXAMPLES_COMMON -o $@ $< $(wildcard examples/common/*.c) \
+	  $(EXAMPLE_LIBS)
+endif
+
 $(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
-	$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
+	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
 
 test: deps-test   ## build and run tests/test_*.c, each a program of its own
-	@$(MAKE) --no-print-directory test-run
+	@if $(DEPS) demo; then with=1; else with=0; echo "Going on without: the tests that want these are skipped."; fi; \
+	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with
 
 test-run: $(TESTS)
 	@tests/run.sh $(TESTS)
 
+# GCC's documentation: with sanitizers -Wmaybe-uninitialized gives false positives.
+SANITIZED = $(MAKE) --no-print-directory test VARIANT=$@ OPT=-O1 SANITIZE="-fno-omit-frame-pointer -Wno-maybe-uninitialized
+
 asan:   ## the tests under AddressSanitizer (out-of-bounds, use after free, leaks)
-	@$(MAKE) --no-print-directory test VARIANT=asan OPT=-O1 SANITIZE="-fsanitize=address -fno-omit-frame-pointer"
+	@$(SANITIZED) -fsanitize=address"
 ubsan:  ## the tests under UndefinedBehaviorSanitizer
-	@$(MAKE) --no-print-directory test VARIANT=ubsan OPT=-O1 \
-	  SANITIZE="-fsanitize=undefined,float-cast-overflow -fno-sanitize-recover=all"
+	@$(SANITIZED) -fsanitize=undefined,float-cast-overflow -fno-sanitize-recover=all"
 tsan:   ## the tests under ThreadSanitizer (data races)
-	@$(MAKE) --no-print-directory test VARIANT=tsan OPT=-O1 SANITIZE="-fsanitize=thread"
+	@$(SANITIZED) -fsanitize=thread"
 
 compile-matrix: deps-matrix   ## springls.h in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed
@@ -129,10 +146,10 @@ compile-matrix: deps-matrix   ## springls.h in every language, linkage and names
 # ---- measurements ----
 
 build/bench/%: tests/bench/%.c springls.h build/libcommon.a build/bench/settings
-	$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS) $(BENCH_LIBS)
+	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS) $(BENCH_LIBS)
 
 build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/settings
-	$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
+	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
 	  $(EXAMPLE_LIBS) -lopenvdb -ltbb $(BENCH_LIBS)
 
 bench: deps-bench   ## build and run tests/bench/: one JSON object a program
