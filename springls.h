@@ -15,6 +15,7 @@
      >>topology             kernels_embed/topology.h
      >>rebuild              kernels_embed/rebuild.h
      >>marching_cubes       kernels_embed/marching_cubes.h
+     >>winding              kernels_embed/winding.h
      >>internal             src/internal.h
      >>memory               src/memory.h
      >>stage                src/stage.h
@@ -271,7 +272,9 @@ typedef struct springls_params {
 
     /* resample: section 4.6 */
     int resample_period;     /* M of Algorithm 2                                                                */
-    float split_edge;        /* split at the longest edge when it is longer                                     */
+    int resample_last;       /* 1: contract and resample when the level set has followed; 0: before (Algorithm 2) */
+    float split_edge;        /* split at the longest edge when it is longer (section 4.6)                       */
+    float split_area;        /* voxel^2; or when the area is larger (Table 2)                                   */
     springls_placement placement; /* of split and filled springls                                               */
 
     /* level set: sections 4.4, 4.5 */
@@ -734,7 +737,7 @@ SPRINGLS__MATHS float springls__tanh(float x)
 }
 
 /* Natural logarithm of a normal positive float, by halving into [2/3, 4/3] and the atanh series. */
-SPRINGLS__MATHS float springls__log(float x)
+SPRINGLS__MATHS float springls__ln(float x)
 {
     float k = 0.0f, s, s2;
     while (x > 1.33333333f) { x *= 0.5f; k += 1.0f; }
@@ -748,7 +751,7 @@ SPRINGLS__MATHS float springls__log(float x)
 SPRINGLS__MATHS float springls__atanh(float x)
 {
     float c = springls__clamp(x, -0.999f, 0.999f);
-    return 0.5f * springls__log((1.0f + c) / (1.0f - c));
+    return 0.5f * springls__ln((1.0f + c) / (1.0f - c));
 }
 
 /* sin(pi x) for any x of moderate size: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
@@ -1506,6 +1509,33 @@ SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, f
                              (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
 }
 
+/* ======== >>winding  (kernels_embed/winding.h) ================================================================= */
+/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+
+/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__MATHS float springls__atan2(float y, float x)
+{
+    float ax = springls__fabs(x), ay = springls__fabs(y);
+    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
+    float r = hi > 0.0f ? lo / hi : 0.0f;
+    float s = r * r;
+    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    if (ay > ax) a = 1.57079633f - a;
+    if (x < 0.0f) a = 3.14159265f - a;
+    return y < 0.0f ? -a : a;
+}
+
+/* The solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
+{
+    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
+    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
+    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
+    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
+    return 2.0f * springls__atan2(volume, angle);
+}
+
 /* what a context holds */
 
 /* ======== >>internal  (src/internal.h) ========================================================================= */
@@ -1516,11 +1546,6 @@ SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, f
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#if defined(__cplusplus)
-#define SPRINGLS__C extern "C"
-#else
-#define SPRINGLS__C
-#endif
 
 #ifndef SPRINGLS_ASSERT
 #include <assert.h>
@@ -1529,10 +1554,10 @@ SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, f
 
 #if defined(__GNUC__)
 #define SPRINGLS__FN __attribute__((unused)) static
-#define SPRINGLS__PRINTF(format, first) __attribute__((format(printf, format, first)))
+#define SPRINGLS__PRINTF(text, first) __attribute__((format(printf, text, first)))
 #else
 #define SPRINGLS__FN static
-#define SPRINGLS__PRINTF(format, first)
+#define SPRINGLS__PRINTF(text, first)
 #endif
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
@@ -1542,6 +1567,8 @@ typedef struct springls__springl {
     float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
     float reach;            /* max |q[m] - p|                                                                   */
 } springls__springl;
+
+enum { SPRINGLS__MAX_NEIGHBORS = 8 }; /* edges a vertex: the paper's limit, and a register of eight lanes */
 
 /* A growable array from the context's allocator. */
 typedef struct springls__buffer { void *data; size_t bytes; } springls__buffer;
@@ -1553,9 +1580,10 @@ typedef struct springls__constellation {
     uint32_t *id;
     uint32_t *generation;
     uint8_t *mask;          /* 1: does not relax                                                                */
+    float *phi;             /* the level set at p, when it was last in step with p (phi_n of eq. 27)             */
     int count;
     uint32_t next_id;
-    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory;
+    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, phi_memory;
 } springls__constellation;
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
@@ -1624,6 +1652,7 @@ struct springls_context {
     springls__cells cells;
     springls__buffer scratch[8]; /* working memory of the stage that runs, grown and kept                       */
     springls__buffer neighbors;
+    int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
@@ -1835,6 +1864,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.merge_distance = 0.0f;
     p.resample_period = 5;
     p.split_edge = 3.0f;
+    p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACE_COPY;
     p.band_half_width = 3.0f;
     p.capture = 2.0f;
@@ -1862,7 +1892,9 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
+    p.resample_last = 1;
     p.split_edge = 2.0f;
+    p.split_area = 4.0f;
     p.placement = SPRINGLS_PLACE_QUADRATIC;
     p.evolve_iterations = 3;
     p.project_level_set = 1;
@@ -1897,6 +1929,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
+    SPRINGLS__IN(split_area, 0.01f, 1e6f);
     SPRINGLS__IN(placement, SPRINGLS_PLACE_COPY, SPRINGLS_PLACE_QUADRATIC);
     SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
     SPRINGLS__IN(capture, 0.3f, 6.0f);
@@ -1955,6 +1988,8 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     set->generation = (uint32_t *)set->generation_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->mask_memory, n, sizeof *set->mask, kept * sizeof *set->mask));
     set->mask = (uint8_t *)set->mask_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, &set->phi_memory, n, sizeof *set->phi, kept * sizeof *set->phi));
+    set->phi = (float *)set->phi_memory.data;
     return SPRINGLS_OK;
 }
 
@@ -1970,6 +2005,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
     set->id[i] = set->next_id++;
     set->generation[i] = generation;
     set->mask[i] = mask;
+    set->phi[i] = 0.0f;
     return i;
 }
 
@@ -1986,6 +2022,7 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
             set->id[n] = set->id[i];
             set->generation[n] = set->generation[i];
             set->mask[n] = set->mask[i];
+            set->phi[n] = set->phi[i];
         }
         n++;
     }
@@ -1993,12 +2030,19 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
     return count - n;
 }
 
-/* To be called after anything that moves, adds or removes springls. */
-SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
+/* To be called after anything that moves springls. */
+SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->model_fresh = false;
+}
+
+/* To be called after anything that adds, removes or replaces springls. */
+SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
+{
+    springls__constellation_moved(ctx);
+    ctx->neighbors_age = -1;
 }
 
 SPRINGLS__FN void springls__constellation_free(springls_context *ctx)
@@ -2009,6 +2053,7 @@ SPRINGLS__FN void springls__constellation_free(springls_context *ctx)
     springls__buffer_free(ctx, &set->id_memory);
     springls__buffer_free(ctx, &set->generation_memory);
     springls__buffer_free(ctx, &set->mask_memory);
+    springls__buffer_free(ctx, &set->phi_memory);
     memset(set, 0, sizeof *set);
 }
 
@@ -2119,6 +2164,30 @@ SPRINGLS__FN void springls__load_tile(const springls__grid *g, const float *fiel
             out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];
         }
     }
+}
+
+SPRINGLS__FN springls__cross7 springls__tile_cross(const float *t)
+{
+    springls__cross7 v;
+    v.c = t[0];
+    v.xm = t[-1];
+    v.xp = t[1];
+    v.ym = t[-SPRINGLS__TILE];
+    v.yp = t[SPRINGLS__TILE];
+    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];
+    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];
+    return v;
+}
+
+/* What was written becomes the field. */
+SPRINGLS__FN void springls__swap_phi(springls__grid *g)
+{
+    springls__buffer memory = g->phi_memory;
+    float *phi = g->phi;
+    g->phi_memory = g->next_memory;
+    g->phi = g->phi_next;
+    g->next_memory = memory;
+    g->phi_next = phi;
 }
 
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)
@@ -2407,7 +2476,7 @@ SPRINGLS__FN springls__cell_walk springls__cell_walk_around(const springls_conte
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
    closest edge of each, nearest first, ties by id. */
 
-enum { SPRINGLS__MAX_NEIGHBORS = 8, SPRINGLS__NEIGHBOR_ROW = 24 };
+enum { SPRINGLS__NEIGHBOR_ROW = 3 * SPRINGLS__MAX_NEIGHBORS };
 
 /* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
 SPRINGLS__FN int springls__insert_nearest(float *d2s, int *codes, int length, int room, float d2, int code)
@@ -2473,11 +2542,15 @@ SPRINGLS__FN void springls__neighbors_task(void *arg, int begin, int end)
     for (; begin < end; begin++) springls__find_neighbors(ctx, begin, rows + (size_t)begin * SPRINGLS__NEIGHBOR_ROW);
 }
 
+/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
+   for the same reason); the closest points slide along their edges meanwhile. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
+    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->params.resample_period) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, &ctx->neighbors, (size_t)ctx->set.count + 1, SPRINGLS__NEIGHBOR_ROW * sizeof(int), 0));
     springls__parallel(ctx, ctx->set.count, 64, springls__neighbors_task, ctx);
+    ctx->neighbors_age = 0;
     return SPRINGLS_OK;
 }
 
@@ -2788,7 +2861,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
     }
     ctx->stats.moved = moved;
     ctx->stats.moving = ctx->set.count ? (float)moving / (float)ctx->set.count : 0.0f;
-    springls__constellation_changed(ctx);
+    springls__constellation_moved(ctx);
+    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
 
@@ -2909,7 +2983,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
     int iteration;
     if (ctx->set.count == 0 || ctx->params.relax_iterations == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__neighbors_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->scratch[1], ctx->set.s_memory.bytes, 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, &ctx->scratch[1], (size_t)ctx->set.count, sizeof(springls__springl), 0));
     for (iteration = 0; iteration < ctx->params.relax_iterations; iteration++) {
         springls__buffer memory;
         springls__parallel(ctx, ctx->set.count, 128, springls__relax_task, ctx);
@@ -2918,7 +2992,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         ctx->scratch[1] = memory;
         ctx->set.s = (springls__springl *)ctx->set.s_memory.data;
     }
-    springls__constellation_changed(ctx);
+    springls__constellation_moved(ctx);
     return SPRINGLS_OK;
 }
 
@@ -2953,6 +3027,19 @@ SPRINGLS_API springls_status springls_relax(springls_context *ctx)
 /* ======== >>contract  (src/contract.h) ========================================================================= */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
+SPRINGLS__FN void springls__sample_phi_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    for (; begin < end; begin++) ctx->set.phi[begin] = springls__grid_sample(&ctx->grid, ctx->grid.phi, ctx->set.s[begin].p);
+}
+
+/* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
+   a step as long as d_max a good springl is further from the old zero level than contract allows. */
+SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
+{
+    springls__parallel(ctx, ctx->set.count, 512, springls__sample_phi_task, ctx);
+}
+
 typedef struct springls__contract_job {
     springls_context *ctx;
     uint8_t *keep;     /* 0 remove, 1 keep, 2 reshape */
@@ -2965,9 +3052,8 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
-        float phi = springls__grid_sample(&ctx->grid, ctx->grid.phi, s->p);
         job->keep[begin] = 1;
-        if (springls__fabs(phi) > ctx->params.contract_distance) job->keep[begin] = 0;
+        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = 0;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? 2 : 0;
     }
@@ -3051,6 +3137,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
+    if (ctx) springls__sample_phi(ctx);
     return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
 }
 
@@ -3170,12 +3257,17 @@ SPRINGLS__FN springls__v3 springls__place_child(springls_context *ctx, springls_
     return springls__project_on_original(ctx, fit.a);
 }
 
+SPRINGLS__FN bool springls__is_overgrown(const springls_params *params, springls__tri t)
+{
+    return springls__longest_edge2(t) > params->split_edge * params->split_edge
+        || springls__length2(springls__tri_area2(t)) > 4.0f * params->split_area * params->split_area;
+}
+
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
     springls__constellation *set = &ctx->set;
-    const float longest2 = ctx->params.split_edge * ctx->params.split_edge;
     int i, count = set->count, splits = 0;
-    for (i = 0; i < count; i++) splits += springls__longest_edge2(springls__springl_tri(&set->s[i])) > longest2;
+    for (i = 0; i < count; i++) splits += springls__is_overgrown(&ctx->params, springls__springl_tri(&set->s[i]));
     if (splits == 0) return SPRINGLS_OK;
     if (splits > ctx->desc.max_springls - count) {
         ctx->stats.refused += splits - (ctx->desc.max_springls - count);
@@ -3188,7 +3280,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
         springls__springl child[2];
         springls__v3 a[2];
         int k;
-        if (!(springls__longest_edge2(t) > longest2)) continue;
+        if (!springls__is_overgrown(&ctx->params, t)) continue;
         for (k = 0; k < 2; k++) {
             half = springls__split_half(t, k);
             child[k] = set->s[i];
@@ -3424,30 +3516,6 @@ SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
 
 /* ======== >>rebuild  (src/rebuild.h) =========================================================================== */
 /* rebuild.h - phi becomes a distance again, and the narrow band moves with the surface. */
-
-SPRINGLS__FN springls__cross7 springls__tile_cross(const float *t)
-{
-    springls__cross7 v;
-    v.c = t[0];
-    v.xm = t[-1];
-    v.xp = t[1];
-    v.ym = t[-SPRINGLS__TILE];
-    v.yp = t[SPRINGLS__TILE];
-    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];
-    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];
-    return v;
-}
-
-/* What was written becomes the field. */
-SPRINGLS__FN void springls__swap_phi(springls__grid *g)
-{
-    springls__buffer memory = g->phi_memory;
-    float *phi = g->phi;
-    g->phi_memory = g->next_memory;
-    g->phi = g->phi_next;
-    g->next_memory = memory;
-    g->phi_next = phi;
-}
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
 SPRINGLS__FN void springls__interface_task(void *arg, int begin, int end)
@@ -3931,16 +3999,21 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 /* Algorithm 2 after Advect. */
 SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
 {
-    bool resample = ctx->iteration % ctx->params.resample_period == 0;
+    bool last = ctx->params.resample_last != 0, resample = !one_to_one && ctx->iteration % ctx->params.resample_period == 0;
     SPRINGLS__TRY(springls_relax(ctx));
-    if (resample && !one_to_one) {
-        SPRINGLS__TRY(springls_contract(ctx));
+    if (resample && !last) {
+        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
     SPRINGLS__TRY(springls__follow(ctx));
-    if (resample) SPRINGLS__TRY(springls__orient(ctx));
-    return resample && !one_to_one ? springls_fill_gaps(ctx) : SPRINGLS_OK;
+    if (!resample) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__orient(ctx));
+    if (last) {
+        SPRINGLS__TRY(springls_contract(ctx));
+        SPRINGLS__TRY(springls_resample(ctx));
+    }
+    return springls_fill_gaps(ctx);
 }
 
 /* Algorithm 3 after Advect. */
@@ -3959,6 +4032,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
 {
     springls_status status;
     double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    if (step->mode == SPRINGLS_FLUID) springls__sample_phi(ctx);
     status = springls__advect(ctx, step->forces, (float)ctx->time, dt, step->stop_at_topology);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
@@ -4028,7 +4102,7 @@ typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit 
 
 typedef struct springls__bvh_item { float center[3]; int triangle; } springls__bvh_item;
 
-SPRINGLS__FN springls__tri springls__surface_triangle(const springls__surface *surface, int triangle)
+SPRINGLS__MATHS springls__tri springls__surface_triangle(const springls__surface *surface, int triangle)
 {
     springls__tri t;
     t.a = surface->points[3 * triangle];
@@ -4205,7 +4279,7 @@ SPRINGLS__FN springls_status springls__surface_build_springls(springls_context *
 
 /* ---- closest point ---- */
 
-SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
+SPRINGLS__MATHS float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
 {
     float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
     float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
@@ -4214,7 +4288,7 @@ SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, s
 }
 
 /* To the bounds of one triangle. */
-SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
+SPRINGLS__MATHS float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
 {
     float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
                                            x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
@@ -4325,7 +4399,7 @@ SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 
 }
 
 /* Does the ray enter the box before t_max? The box is widened by what rounding can do, so that no hit is missed. */
-SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+SPRINGLS__MATHS int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
 {
     float near = 0.0f, far = t_max;
     int k;
@@ -5049,7 +5123,8 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
    balanced (as many triangles run along it one way as the other) it is a whole number and changes at the surface only;
    then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
    edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
-   There phi is the distance to the triangles times |1 - 2 w|: its zero level is the triangles and the film together.
+   There phi is the distance to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the
+   film together.
 
    Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
 
@@ -5131,11 +5206,6 @@ SPRINGLS__FN void springls__transform(const double *m, double x, double y, doubl
 {
     int k;
     for (k = 0; k < 3; k++) out[k] = m[4 * k] * x + m[4 * k + 1] * y + m[4 * k + 2] * z + m[4 * k + 3];
-}
-
-SPRINGLS__FN double springls__determinant(const double *m)
-{
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
 /* Checks every index and every used position, and welds equal points. lower, upper: the mesh's bounds in voxels. */
@@ -5342,15 +5412,6 @@ typedef struct springls__mesh_distance {
     float band; /* where phi is clamped */
 } springls__mesh_distance;
 
-/* How far to search around point i of a batch: all the band when the points are voxels, and as far as a brick reaches when
-   they are bricks; a film is nearer than the triangles, so there the distance must be known further out. */
-SPRINGLS__FN float springls__mesh_search(const springls__mesh_distance *m, const springls__v3 *points, int i)
-{
-    bool voxels = i > 0 && springls__length2(springls__sub(points[i], points[i - 1])) < 16.0f;
-    if (!m->balanced) return voxels ? m->band + 16.0f : FLT_MAX;
-    return m->band + (voxels ? 0.1f : 8.0f);
-}
-
 SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, springls__v3 x)
 {
     const springls__bvh_node *n = &surface->nodes[0];
@@ -5358,40 +5419,65 @@ SPRINGLS__FN bool springls__beyond_bounds(const springls__surface *surface, spri
            || x.z > n->upper[2];
 }
 
-/* The place of an earlier point of the batch that is certainly on the same side as point i, or -1. */
-SPRINGLS__FN int springls__same_side_as(const springls__v3 *points, const float *out, int i, float distance)
+/* 1 outside, -1 inside, and between them where the film of an open mesh is nearer than its triangles. A twentieth of a
+   winding number does not count, so that phi is the plain distance away from holes. */
+SPRINGLS__FN float springls__mesh_side(const springls__mesh_distance *m, springls__v3 x)
 {
-    static const int back[4] = { 1, 8, 64, 2 };
-    int b;
-    for (b = 0; b < 4; b++) {
-        int j = i - back[b];
-        if (j < 0) continue;
-        if (distance + springls__fabs(out[j]) > 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f) return j;
+    float w;
+    if (m->balanced) {
+        if (springls__beyond_bounds(m->surface, x)) return 1.0f;
+        return springls__surface_winding(m->surface, x, 2.0f) > 0.5f ? -1.0f : 1.0f;
     }
-    return -1;
+    w = springls__surface_winding(m->surface, x, 2.5f);
+    return 1.0f - 2.0f * springls__clamp((w - 0.05f) / 0.9f, 0.0f, 1.0f);
 }
 
-/* A springls__distance_fn. */
+enum { SPRINGLS__MESH_BACK = 64, SPRINGLS__MESH_RING = 128 };
+
+/* What earlier points of the batch tell about point x: a ball around each of them is free of surface. Returns how far the
+   surface is at least; *side is set when a ball of radius `distance` around x overlaps one of theirs. */
+SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float *out, const float *sides, int i,
+                                        float distance, float *side)
+{
+    static const int back[3] = { 1, 8, SPRINGLS__MESH_BACK };
+    float known = 0.0f;
+    int b;
+    for (b = 0; b < 3; b++) {
+        int j = i - back[b];
+        float apart, past;
+        if (j < 0) continue;
+        past = sides[j % SPRINGLS__MESH_RING];
+        if (past != 1.0f && past != -1.0f) continue;
+        apart = 1.001f * springls__length(springls__sub(points[i], points[j])) + 1e-3f;
+        if (distance + springls__fabs(out[j]) <= apart) continue;
+        *side = past;
+        known = springls__max(known, springls__fabs(out[j]) - apart);
+    }
+    return known;
+}
+
+/* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
+   bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
+   too: their signs are exact, so it makes no difference. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
+    bool voxels = count > 1 && springls__length2(springls__sub(points[1], points[0])) < 16.0f;
+    bool learn = voxels || m->balanced;
+    float sides[SPRINGLS__MESH_RING], search = voxels ? m->band + 3.0f : m->balanced ? m->band + 8.0f : FLT_MAX;
     int i, guess = -1;
     for (i = 0; i < count; i++) {
-        float search = springls__mesh_search(m, points, i);
-        springls__surface_hit h = springls__surface_closest_from(m->surface, points[i], search, guess);
-        float distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
-        if (h.triangle >= 0) guess = h.triangle;
-        if (m->balanced) {
-            int side = springls__same_side_as(points, out, i, distance);
-            bool inside;
-            if (side >= 0) inside = out[side] < 0.0f;
-            else if (springls__beyond_bounds(m->surface, points[i])) inside = false;
-            else inside = springls__surface_winding(m->surface, points[i], 2.0f) > 0.5f;
-            out[i] = inside ? -distance : distance;
-        } else {
-            float w = springls__clamp(springls__surface_winding(m->surface, points[i], 3.0f), 0.0f, 1.0f);
-            out[i] = distance * (1.0f - 2.0f * w);
-        }
+        springls__surface_hit h;
+        float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
+        if (!voxels || known < m->band + 0.1f) {
+            h = springls__surface_closest_from(m->surface, points[i], search, guess);
+            if (h.triangle >= 0) guess = h.triangle;
+            distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
+            if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
+            if (side == 0.0f) side = springls__mesh_side(m, points[i]);
+        } else distance = known;
+        sides[i % SPRINGLS__MESH_RING] = side;
+        out[i] = side * distance;
     }
 }
 
@@ -5424,9 +5510,9 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
 SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, bool balanced)
 {
     springls__mesh_distance distance;
-    uint8_t mirrored = springls__determinant(ctx->to_voxel) < 0.0;
+    uint8_t mirrored = springls__is_mirrored(ctx);
     int t, k;
-    SPRINGLS__TRY(springls_reset(ctx));
+    springls__clear_model(ctx);
     SPRINGLS__TRY(springls__constellation_reserve(ctx, m->count));
     for (t = 0; t < m->count; t++) {
         springls__springl s;
@@ -5495,13 +5581,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
     status = springls__mesh_adopt(ctx, m, unbalanced == 0);
-    if (status != SPRINGLS_OK) { /* empty, with the first failure's text */
-        char error[sizeof ctx->error];
-        memcpy(error, ctx->error, sizeof error);
-        springls_reset(ctx);
-        memcpy(ctx->error, error, sizeof error);
-        return status;
-    }
+    SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
     return SPRINGLS_OK;
@@ -5975,11 +6055,9 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
     if (!out && ctx->set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->set.count; i++) {
         const springls__springl *s = &ctx->set.s[i];
-        float *surfel = out + 7 * (size_t)i, normal[3];
-        springls__v3 n;
+        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(s));
+        float *surfel = out + 7 * (size_t)i;
         springls__voxel_to_world(ctx, s->p, surfel);
-        springls__covector_to_world(ctx, springls__springl_normal(s), (double)ctx->smallest_spacing, normal);
-        n = springls__normalize(springls__load3(normal));
         surfel[3] = n.x; surfel[4] = n.y; surfel[5] = n.z;
         surfel[6] = 0.0f;
         for (m = 0; m < 3; m++) {
@@ -6453,7 +6531,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 609 \"springls.h\"\n",
+    "#line 612 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -6485,7 +6563,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 642 \"springls.h\"\n",
+    "#line 645 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -6581,7 +6659,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Natural logarithm of a normal positive float, by halving into [2/3, 4/3] and the atanh series. */\n",
-    "SPRINGLS__MATHS float springls__log(float x)\n",
+    "SPRINGLS__MATHS float springls__ln(float x)\n",
     "{\n",
     "    float k = 0.0f, s, s2;\n",
     "    while (x > 1.33333333f) { x *= 0.5f; k += 1.0f; }\n",
@@ -6595,7 +6673,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__atanh(float x)\n",
     "{\n",
     "    float c = springls__clamp(x, -0.999f, 0.999f);\n",
-    "    return 0.5f * springls__log((1.0f + c) / (1.0f - c));\n",
+    "    return 0.5f * springls__ln((1.0f + c) / (1.0f - c));\n",
     "}\n",
     "\n",
     "/* sin(pi x) for any x of moderate size: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
@@ -6620,7 +6698,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 778 \"springls.h\"\n",
+    "#line 781 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -6687,7 +6765,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 846 \"springls.h\"\n",
+    "#line 849 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -6719,7 +6797,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal);\n",
     "    return springls__fabs(along) > 0.05f && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 879 \"springls.h\"\n",
+    "#line 882 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -6817,7 +6895,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 978 \"springls.h\"\n",
+    "#line 981 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -6853,7 +6931,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1015 \"springls.h\"\n",
+    "#line 1018 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -6885,7 +6963,7 @@ static const char *const springls__kernel_lines[] = {
     "    half.c = turned.c;\n",
     "    return half;\n",
     "}\n",
-    "#line 1048 \"springls.h\"\n",
+    "#line 1051 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -7001,7 +7079,7 @@ static const char *const springls__kernel_lines[] = {
     "    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
     "    return result;\n",
     "}\n",
-    "#line 1165 \"springls.h\"\n",
+    "#line 1168 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -7009,7 +7087,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1174 \"springls.h\"\n",
+    "#line 1177 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */\n",
@@ -7062,7 +7140,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1228 \"springls.h\"\n",
+    "#line 1231 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -7095,7 +7173,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1262 \"springls.h\"\n",
+    "#line 1265 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -7150,7 +7228,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1318 \"springls.h\"\n",
+    "#line 1321 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -7200,7 +7278,7 @@ static const char *const springls__kernel_lines[] = {
     "    d = springls__min(d, far_value);\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1369 \"springls.h\"\n",
+    "#line 1372 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -7339,6 +7417,32 @@ static const char *const springls__kernel_lines[] = {
     "    int a = springls__mc_edge_corner(edge), axis = springls__mc_edge_axis(edge);\n",
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
+    "}\n",
+    "#line 1513 \"springls.h\"\n",
+    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
+    "\n",
+    "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
+    "{\n",
+    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
+    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
+    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
+    "    float s = r * r;\n",
+    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
+    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
+    "    if (ay > ax) a = 1.57079633f - a;\n",
+    "    if (x < 0.0f) a = 3.14159265f - a;\n",
+    "    return y < 0.0f ? -a : a;\n",
+    "}\n",
+    "\n",
+    "/* The solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
+    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
+    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
+    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
+    "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
     ""   /* counts as no line: it is here so that the list is never empty */
 };

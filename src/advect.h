@@ -246,7 +246,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
     }
     ctx->stats.moved = moved;
     ctx->stats.moving = ctx->set.count ? (float)moving / (float)ctx->set.count : 0.0f;
-    springls__constellation_changed(ctx);
+    springls__constellation_moved(ctx);
+    if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
 }
 

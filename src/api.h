@@ -148,7 +148,8 @@ typedef struct springls_params {
     /* resample: section 4.6 */
     int resample_period;     /* M of Algorithm 2                                                                */
     int resample_last;       /* 1: contract and resample when the level set has followed; 0: before (Algorithm 2) */
-    float split_edge;        /* split at the longest edge when it is longer                                     */
+    float split_edge;        /* split at the longest edge when it is longer (section 4.6)                       */
+    float split_area;        /* voxel^2; or when the area is larger (Table 2)                                   */
     springls_placement placement; /* of split and filled springls                                               */
 
     /* level set: sections 4.4, 4.5 */

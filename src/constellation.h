@@ -81,12 +81,19 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
     return count - n;
 }
 
-/* To be called after anything that moves, adds or removes springls. */
-SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
+/* To be called after anything that moves springls. */
+SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->model_fresh = false;
+}
+
+/* To be called after anything that adds, removes or replaces springls. */
+SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
+{
+    springls__constellation_moved(ctx);
+    ctx->neighbors_age = -1;
 }
 
 SPRINGLS__FN void springls__constellation_free(springls_context *ctx)

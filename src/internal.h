@@ -111,6 +111,7 @@ struct springls_context {
     springls__cells cells;
     springls__buffer scratch[8]; /* working memory of the stage that runs, grown and kept                       */
     springls__buffer neighbors;
+    int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */

@@ -67,10 +67,14 @@ SPRINGLS__FN void springls__neighbors_task(void *arg, int begin, int end)
     for (; begin < end; begin++) springls__find_neighbors(ctx, begin, rows + (size_t)begin * SPRINGLS__NEIGHBOR_ROW);
 }
 
+/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
+   for the same reason); the closest points slide along their edges meanwhile. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
+    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->params.resample_period) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, &ctx->neighbors, (size_t)ctx->set.count + 1, SPRINGLS__NEIGHBOR_ROW * sizeof(int), 0));
     springls__parallel(ctx, ctx->set.count, 64, springls__neighbors_task, ctx);
+    ctx->neighbors_age = 0;
     return SPRINGLS_OK;
 }

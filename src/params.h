@@ -29,6 +29,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.merge_distance = 0.0f;
     p.resample_period = 5;
     p.split_edge = 3.0f;
+    p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACE_COPY;
     p.band_half_width = 3.0f;
     p.capture = 2.0f;
@@ -58,6 +59,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.merge_distance = 0.6f;
     p.resample_last = 1;
     p.split_edge = 2.0f;
+    p.split_area = 4.0f;
     p.placement = SPRINGLS_PLACE_QUADRATIC;
     p.evolve_iterations = 3;
     p.project_level_set = 1;
@@ -92,6 +94,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
+    SPRINGLS__IN(split_area, 0.01f, 1e6f);
     SPRINGLS__IN(placement, SPRINGLS_PLACE_COPY, SPRINGLS_PLACE_QUADRATIC);
     SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
     SPRINGLS__IN(capture, 0.3f, 6.0f);

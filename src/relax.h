@@ -66,7 +66,7 @@ SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
         ctx->scratch[1] = memory;
         ctx->set.s = (springls__springl *)ctx->set.s_memory.data;
     }
-    springls__constellation_changed(ctx);
+    springls__constellation_moved(ctx);
     return SPRINGLS_OK;
 }
 

@@ -15,12 +15,17 @@ SPRINGLS__FN springls__v3 springls__place_child(springls_context *ctx, springls_
     return springls__project_on_original(ctx, fit.a);
 }
 
+SPRINGLS__FN bool springls__is_overgrown(const springls_params *params, springls__tri t)
+{
+    return springls__longest_edge2(t) > params->split_edge * params->split_edge
+        || springls__length2(springls__tri_area2(t)) > 4.0f * params->split_area * params->split_area;
+}
+
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
     springls__constellation *set = &ctx->set;
-    const float longest2 = ctx->params.split_edge * ctx->params.split_edge;
     int i, count = set->count, splits = 0;
-    for (i = 0; i < count; i++) splits += springls__longest_edge2(springls__springl_tri(&set->s[i])) > longest2;
+    for (i = 0; i < count; i++) splits += springls__is_overgrown(&ctx->params, springls__springl_tri(&set->s[i]));
     if (splits == 0) return SPRINGLS_OK;
     if (splits > ctx->desc.max_springls - count) {
         ctx->stats.refused += splits - (ctx->desc.max_springls - count);
@@ -33,7 +38,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
         springls__springl child[2];
         springls__v3 a[2];
         int k;
-        if (!(springls__longest_edge2(t) > longest2)) continue;
+        if (!springls__is_overgrown(&ctx->params, t)) continue;
         for (k = 0; k < 2; k++) {
             half = springls__split_half(t, k);
             child[k] = set->s[i];
