@@ -1036,15 +1036,15 @@ SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
 SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
 {
     int edge = springls__longest_edge(t);
-    springls__tri turned = t, half;
+    springls__tri turned = t, part;
     springls__v3 middle;
     if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
     if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
     middle = springls__lerp(turned.a, turned.b, 0.5f);
-    half.a = second ? middle : turned.a;
-    half.b = second ? turned.b : middle;
-    half.c = turned.c;
-    return half;
+    part.a = second ? middle : turned.a;
+    part.b = second ? turned.b : middle;
+    part.c = turned.c;
+    return part;
 }
 
 /* ======== >>fit  (kernels_embed/fit.h) ========================================================================= */
@@ -1999,6 +1999,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 {
     springls__constellation *set = &ctx->set;
     int i = set->count++;
+    SPRINGLS_ASSERT((size_t)i < set->phi_memory.bytes / sizeof *set->phi); /* the last array to be grown */
     set->s[i] = *s;
     springls__springl_finish(&set->s[i]);
     set->a[i] = a;
@@ -4510,7 +4511,7 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
     for (n = surface->node_count - 1; n >= 0; n--) {
         const springls__bvh_node *node = &surface->nodes[n];
         springls__dipole *d = &surface->dipoles[n];
-        springls__v3 far;
+        springls__v3 far = springls__v3_make(0.0f, 0.0f, 0.0f);
         float weight = 0.0f;
         int parts = node->count ? node->count : 2;
         memset(d, 0, sizeof *d);
@@ -4979,7 +4980,8 @@ SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *poi
     springls__v3 world[SPRINGLS__BRICK_VOXELS];
     float scale = 1.0f / job->ctx->largest_spacing; /* a lower bound of the distance in voxels, exact when uniform */
     int i;
-    springls_to_world(job->ctx, &points[0].x, count, &world[0].x);
+    memcpy(world, points, (size_t)count * sizeof *world);
+    springls_to_world(job->ctx, &world[0].x, count, &world[0].x);
     job->fn(job->user, &world[0].x, count, out);
     for (i = 0; i < count; i++) out[i] *= scale;
 }
@@ -6953,15 +6955,15 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
     "{\n",
     "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, half;\n",
+    "    springls__tri turned = t, part;\n",
     "    springls__v3 middle;\n",
     "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
     "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
     "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    half.a = second ? middle : turned.a;\n",
-    "    half.b = second ? turned.b : middle;\n",
-    "    half.c = turned.c;\n",
-    "    return half;\n",
+    "    part.a = second ? middle : turned.a;\n",
+    "    part.b = second ? turned.b : middle;\n",
+    "    part.c = turned.c;\n",
+    "    return part;\n",
     "}\n",
     "#line 1051 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",

@@ -418,7 +418,7 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
     for (n = surface->node_count - 1; n >= 0; n--) {
         const springls__bvh_node *node = &surface->nodes[n];
         springls__dipole *d = &surface->dipoles[n];
-        springls__v3 far;
+        springls__v3 far = springls__v3_make(0.0f, 0.0f, 0.0f);
         float weight = 0.0f;
         int parts = node->count ? node->count : 2;
         memset(d, 0, sizeof *d);

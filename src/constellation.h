@@ -50,6 +50,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 {
     springls__constellation *set = &ctx->set;
     int i = set->count++;
+    SPRINGLS_ASSERT((size_t)i < set->phi_memory.bytes / sizeof *set->phi); /* the last array to be grown */
     set->s[i] = *s;
     springls__springl_finish(&set->s[i]);
     set->a[i] = a;

@@ -240,7 +240,8 @@ SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *poi
     springls__v3 world[SPRINGLS__BRICK_VOXELS];
     float scale = 1.0f / job->ctx->largest_spacing; /* a lower bound of the distance in voxels, exact when uniform */
     int i;
-    springls_to_world(job->ctx, &points[0].x, count, &world[0].x);
+    memcpy(world, points, (size_t)count * sizeof *world);
+    springls_to_world(job->ctx, &world[0].x, count, &world[0].x);
     job->fn(job->user, &world[0].x, count, out);
     for (i = 0; i < count; i++) out[i] *= scale;
 }
