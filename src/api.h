@@ -1,4 +1,4 @@
-/* SPRINGLS__DOCUMENTATION */
+#include "manual.h"
 #ifndef SPRINGLS_H
 #define SPRINGLS_H
 

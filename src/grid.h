@@ -61,6 +61,17 @@ SPRINGLS__FN float springls__grid_sample(const springls__grid *g, const float *p
     return springls__trilinear(corner, u, v, w);
 }
 
+/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */
+SPRINGLS__FN float springls__grid_sample_smooth(const springls__grid *g, const float *phi, springls__v3 x)
+{
+    float c = springls__grid_sample(g, phi, x);
+    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
+    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
+    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
+    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
+    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
+}
+
 /* Gradient of the trilinear values by central differences over one voxel. */
 SPRINGLS__FN springls__v3 springls__grid_gradient(const springls__grid *g, const float *phi, springls__v3 x)
 {

@@ -173,7 +173,7 @@ SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, sprin
     for (i = 0; i < 3; i++) {
         springls__v3 n = springls__grid_gradient(g, g->phi, x);
         float n2 = springls__length2(n);
-        if (n2 > 0.1f) x = springls__mad(x, n, -springls__clamp(springls__grid_sample(g, g->phi, x) / n2, -0.5f, 0.5f));
+        if (n2 > 0.1f) x = springls__mad(x, n, -springls__clamp(springls__grid_sample_smooth(g, g->phi, x) / n2, -0.5f, 0.5f));
     }
     return x;
 }

@@ -20,6 +20,7 @@
 #include "../kernels_embed/evolve.h"
 #include "../kernels_embed/topology.h"
 #include "../kernels_embed/rebuild.h"
+#include "../kernels_embed/project.h"
 #include "../kernels_embed/marching_cubes.h"
 #include "../kernels_embed/winding.h"
 
@@ -44,6 +45,7 @@
 #include "topology.h"
 #include "evolve.h"
 #include "rebuild.h"
+#include "project.h"
 #include "fill_gaps.h"
 #include "unsigned_to_signed.h"
 #include "step.h"

@@ -11,7 +11,7 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 {
     int z;
     for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    return SPRINGLS_OK;
+    return springls__project_level_set(ctx);
 }
 
 /* Algorithm 2 after Advect. */

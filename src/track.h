@@ -6,7 +6,7 @@ SPRINGLS__FN springls__v3 springls__project_on_original(const springls_context *
     const springls__grid *g = &ctx->reference;
     int i;
     for (i = 0; i < ctx->params.track_iterations; i++)
-        a = springls__project_step(a, springls__grid_sample(g, g->phi, a), springls__grid_gradient(g, g->phi, a), ctx->params.track_step);
+        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), ctx->params.track_step);
     return a;
 }
 

@@ -1,0 +1,28 @@
+/* project.h - the level set's value from oriented springls, to second order. */
+
+/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the
+   particle with normal n that meets the voxel's own direction (exact on spheres and planes, where the plane of the
+   springl alone is biased outwards). No say for springls that face elsewhere: the other sheet of a thin object. */
+typedef struct springls__say { float weight, value; } springls__say;
+
+SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+{
+    const float radius2 = 2.56f, variance = 0.6f;
+    springls__v3 d = springls__sub(x, p);
+    float d2 = springls__length2(d), along = springls__dot(direction, n);
+    springls__say say;
+    say.weight = say.value = 0.0f;
+    if (d2 >= radius2 || along <= 0.4f) return say;
+    say.weight = springls__exp(-d2 / variance);
+    say.value = say.weight * springls__dot(springls__add(direction, n), d) / (1.0f + along);
+    return say;
+}
+
+/* The value to take: the springls' where it is close to the evolved one, which decides the side in doubt. */
+SPRINGLS__MATHS float springls__corrected_phi(float phi, float weight, float value)
+{
+    float f = value / springls__max(weight, 1e-6f), change = springls__fabs(f - phi);
+    int same_side = (f < 0.0f) == (phi < 0.0f);
+    if (weight < 1e-3f) return phi;
+    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;
+}
