@@ -31,6 +31,8 @@ TEST_LIBS     = -lm -pthread
 PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
 KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
+# What of examples/common stands on the library; the rest of it knows nothing of springls.
+ON_SPRINGLS  := $(wildcard $(addprefix examples/common/,benchmark*.c model_*.c run_options.c segment*.c))
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
 BENCHES      := $(patsubst tests/bench/%.c,build/bench/%,$(wildcard tests/bench/*.c)) \
                 $(patsubst tests/bench/%.cc,build/bench/%,$(wildcard tests/bench/*.cc))
@@ -88,7 +90,7 @@ SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES)
 
 # ---- examples ----
 
-build/common/%.o: examples/common/%.c build/common/settings
+build/common/%.o: examples/common/%.c build/common/settings | springls.h
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -c -o $@ $<
 
 build/libcommon.a: $(COMMON)
@@ -115,7 +117,8 @@ demo: deps-demo   ## from nothing to results: set-up, build, two programs run in
 # cannot be had these tests skip themselves.
 ifeq ($(WITH_LIBRARIES),1)
 $(TEST_DIR)/test_examples_%: tests/test_examples_%.c springls.h $(TEST_DIR)/settings $(wildcard examples/common/*.[ch])
-	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -DTEST_EXAMPLES_COMMON -o $@ $< $(wildcard examples/common/*.c) \
+	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -DTEST_EXAMPLES_COMMON -o $@ $< \
+	  $(filter-out $(ON_SPRINGLS),$(wildcard examples/common/*.c)) \
 	  $(EXAMPLE_LIBS)
 endif
 

@@ -1,37 +1,84 @@
-/* leveque.c - LeVeque's deformation: a ball is drawn out into thin sheets, and the flow, reversed at half time, brings it
- * back (section 5.2 and Table 3 of the paper). */
+/* leveque.c - LeVeque's deformation test (paper, sections 5.2 to 5.5): a flow draws a sphere out into a thin disk and, time
+ * being reversed at T/2, back again. Domain [0,1]^3, voxel i at i/N; sphere of radius 0.15 at (0.35, 0.35, 0.35). */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 
 #include "common/benchmark.h"
 
+#include <math.h>
+
+static const double pi = 3.14159265358979323846;
+
+static double time_factor(const void *user, double time)
+{
+    const springls_deformation_flow *flow = user;
+    return cos(pi * time / (double)flow->period);
+}
+
+static void velocity(const void *user, const double x[3], double factor, double v[3])
+{
+    const springls_deformation_flow *flow = user;
+    const double n = (double)flow->grid_size;
+    double once[3], twice[3]; /* sin^2(pi x), sin(2 pi x) */
+    for (int c = 0; c < 3; ++c) {
+        const double s = sin(pi * x[c] / n), k = cos(pi * x[c] / n);
+        once[c] = s * s;
+        twice[c] = 2.0 * s * k;
+    }
+    v[0] = factor * n * 2.0 * once[0] * twice[1] * twice[2];
+    v[1] = -factor * n * twice[0] * once[1] * twice[2];
+    v[2] = -factor * n * twice[0] * twice[1] * once[2];
+}
+
+static const struct benchmark_published published[] = {
+    {128, 2.5, "paper, Table 3", "5K", "0.38 +- 0.28", "0.93 +- 1.07", "4.6 %", "35 s"},
+    {256, 2.5, "paper, Table 3", "19K", "0.34 +- 0.31", "0.92 +- 1.05", "1.2 %", "300 s"},
+    {384, 2.5, "paper, Table 3", "41K", "0.31 +- 0.27", "0.91 +- 1.08", NULL, "970 s"},
+    {512, 2.5, "paper, Table 3", "72K", "0.32 +- 0.30", "0.94 +- 1.18", NULL, "2500 s"},
+    {100, 1.6, "paper, Table 5", NULL, "0.26", "0.57", NULL, NULL},
+    {200, 1.6, "paper, Table 5", NULL, "0.25", "0.59", NULL, NULL},
+};
+
 int main(int argc, char **argv)
 {
+    struct benchmark_options options = benchmark_defaults();
     double period = 2.5;
-    const struct cli_option own = {.name = "period", .type = CLI_DOUBLE, .destination = &period, .value = "T",
-                                   .help = "period of the flow", .minimum = 0.01, .maximum = 100.0};
-    struct benchmark_options options;
-    const int status = benchmark_parse(&options, "leveque", "A ball in LeVeque's deformation flow, there and back.",
-                                       &own, argc, argv);
+    struct cli_option table[BENCHMARK_OPTION_COUNT + 1] = {{0}};
+    const struct cli_option own = {"period", CLI_DOUBLE, &period, "T", "period of the flow", 0.01, 100.0, NULL};
+    const struct cli_program program = {.name = "leveque",
+                                        .summary = "LeVeque's test: a sphere drawn out into a thin disk and back",
+                                        .common = &options.common,
+                                        .common_without = CLI_WITHOUT_SEED,
+                                        .options = table,
+                                        .option_count = BENCHMARK_OPTION_COUNT + 1};
+    benchmark_option_table(&options, table);
+    table[BENCHMARK_OPTION_COUNT] = own;
+    const int status = cli_parse(&program, argc, argv);
     if (status != CLI_GO_ON) {
         return status;
     }
-    const float n = (float)options.common.grid;
-    springls_sphere ball = {{0.35f * n, 0.35f * n, 0.35f * n}, 0.15f * n};
+    const int grid = options.common.grid > 0 ? options.common.grid : 128;
+    const float n = (float)grid;
+    springls_sphere sphere = {{0.35f * n, 0.35f * n, 0.35f * n}, 0.15f * n};
     springls_deformation_flow flow = {n, (float)period};
-    const double radius = 0.15 * n;
-    const struct benchmark_problem problem = {
-        .name = "leveque",
-        .shape = springls_implicit_sphere,
-        .shape_data = &ball,
-        .volume = 4.0 / 3.0 * 3.14159265358979 * radius * radius * radius,
-        .velocity = springls_velocity_deformation,
-        .velocity_data = &flow,
-        .period = period,
-        .steps = (int)(period * n / 0.64 + 0.5),
-        .view = {0.5f, 0.45f, 1.0f},
-        .paper_deformation = "0.38 +- 0.28",
-        .paper_tracking = "0.93 +- 1.07",
-    };
-    return benchmark_run(&options, &problem);
+    const double radius = 0.15 * grid;
+    const struct benchmark benchmark = {.name = "leveque",
+                                        .title = "LeVeque's test",
+                                        .grid = grid,
+                                        .steps = options.steps > 0 ? options.steps : (int)fmax(1.0, floor(period * grid / 0.64 + 0.5)),
+                                        .period = period,
+                                        .duration = period,
+                                        .reverses = true,
+                                        .shape = springls_implicit_sphere,
+                                        .shape_data = &sphere,
+                                        .shape_volume = 4.0 / 3.0 * pi * radius * radius * radius,
+                                        .velocity = springls_velocity_deformation,
+                                        .flow = &flow,
+                                        .exact_velocity = velocity,
+                                        .exact_time_factor = time_factor,
+                                        .view = {1.0f, -1.2f, 0.6f},
+                                        .up = {0.0f, 0.0f, 1.0f},
+                                        .published = published,
+                                        .published_count = (int)(sizeof published / sizeof *published)};
+    return benchmark_main(&benchmark, &options);
 }

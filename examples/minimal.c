@@ -1,35 +1,36 @@
-/* minimal.c - the whole library in one page: a ball is stirred by a flow and comes back.
- *
- *   cc -O2 -I. examples/minimal.c -o minimal -lm */
+/* minimal.c - a surface moving in twenty lines: a ball of springls in a whirl that drags its top round faster. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 #include <stdio.h>
 
+/* Any velocity field, asked in batches of points: voxels in, voxels a unit of time out. */
+static void whirl(void *user, const float *x, int count, float time, float *v)
+{
+    (void)user, (void)time;
+    for (int i = 0; i < count; i++, x += 3, v += 3) {
+        v[0] = -(x[1] - 32) * x[2] / 32;
+        v[1] = (x[0] - 32) * x[2] / 32;
+        v[2] = 0;
+    }
+}
+
 int main(void)
 {
-    springls_desc desc = {.grid.size = {48, 48, 48}};
+    springls_desc desc = {.grid = {.size = {64, 64, 64}}};
+    springls_sphere ball = {.center = {32, 44, 32}, .radius = 12};
+    springls_forces forces = {.velocity = whirl};
+    springls_step_desc step = {.forces = &forces, .dt = 0.02f};
     springls_context *model;
-    if (springls_create(&desc, &model) != SPRINGLS_OK) {
-        return 1;
-    }
-    springls_sphere ball = {{17, 17, 17}, 7};
-    springls_deformation_flow flow = {.grid_size = 48, .period = 1};
-    springls_forces forces = {.velocity = springls_velocity_deformation, .user = &flow};
-    springls_step_desc step = {.forces = &forces, .dt = 1.0f / 60};
-    springls_measures before, after;
+    springls_measures m;
 
-    springls_status status = springls_set_implicit(model, springls_implicit_sphere, &ball);
-    if (!status) status = springls_measure(model, &before);
-    int count = springls_count(model);
-    if (!status) status = springls_run(model, &step, 60);
-    if (!status) status = springls_measure(model, &after);
+    if (springls_create(&desc, &model) != SPRINGLS_OK) return 1;
+    springls_set_implicit(model, springls_implicit_sphere, &ball);
 
-    if (status) {
-        fprintf(stderr, "minimal: %s\n", springls_last_error(model));
-    } else {
-        printf("before: %d springls around %.1f voxels\n", count, before.volume);
-        printf("after:  %d springls around %.1f voxels\n", springls_count(model), after.volume);
+    for (int i = 0; i <= 100; i++) {
+        if (i % 25 == 0 && springls_measure(model, &m) == SPRINGLS_OK)
+            printf("time %.1f: %5d springls, volume %.0f, area %.0f\n", springls_time(model), springls_count(model), m.volume, m.area);
+        if (springls_step(model, &step) != SPRINGLS_OK) return puts(springls_last_error(model)), 1;
     }
     springls_destroy(model);
-    return status ? 1 : 0;
+    return 0;
 }

@@ -1,46 +1,86 @@
-/* benchmark.h - a closed shape goes through a flow whose answer is known: run, measure, report.
+/* benchmark.h - moves a shape through a flow whose answer is known and measures how far springls are from it.
  *
- * What leveque.c and zalesak.c share. A program fills a benchmark_problem; the flow must bring the shape back to where
- * it began at time `period`. All lengths are voxels: voxel (i,j,k) lies at (i,j,k), and the domain [0,1]^3 of the
- * literature is [0,N]^3.
- *
- *   deformation  |exact signed distance| of the particles at the end
- *   tracking     |p - a|, particle against correspondence, at the end: the exact flow brings p back to a
- *   halfway      |flow(a) - p| in the middle, a carried by the exact flow: no credit for errors that undo themselves
- *   surface      |exact signed distance| of the vertices of the welded iso-surface at the end */
+ * Everything is in voxels: the model's world is its grid. What is measured, over all springls at the end (t = T):
+ *   deformation  |phi_exact(p)|                      how far particles are from the exact surface
+ *   tracking     |p - a|                             how far particles are from where they started (the flow ends there)
+ *   halfway      |flow(a, 0 -> T/2) - p| at t = T/2  tracking without the credit that reversing time gives
+ *   surface      |phi_exact(v)| over the vertices of the zero level
+ *   volume       enclosed by the zero level (divergence theorem): change = against t = 0, error = against the exact shape */
 #ifndef EXAMPLES_COMMON_BENCHMARK_H
 #define EXAMPLES_COMMON_BENCHMARK_H
 
 #include "cli.h"
+#include "model_pictures.h"
 #include "springls.h"
+
+/* What the paper reports for a setting; texts for the table, NULL where it says nothing. */
+struct benchmark_published {
+    int grid;
+    double period;
+    const char *source, *springls, *deformation, *tracking, *volume, *time;
+};
+
+struct benchmark {
+    const char *name, *title;
+    int grid, steps;
+    double period, duration; /* of the flow; of the whole run, in the flow's time */
+    bool reverses;           /* time turns back at T/2; else the body goes round */
+    springls_implicit_fn shape;
+    void *shape_data;
+    double shape_volume;
+    springls_velocity_fn velocity;
+    void *flow;
+    /* The same velocity in double precision; time_factor is what depends on time alone. */
+    void (*exact_velocity)(const void *flow, const double x[3], double time_factor, double v[3]);
+    double (*exact_time_factor)(const void *flow, double time);
+    float view[3], up[3]; /* pictures: from the object to the eye; the direction upwards */
+    const struct benchmark_published *published;
+    int published_count;
+};
 
 struct benchmark_options {
     struct cli_common common;
-    int steps;            /* 0 = the problem's */
-    const char *settings; /* name=value,name=value of springls_params */
-    const char *topology;
-    bool every_step; /* look at the topology after each step */
+    const char *set, *topology, *series;
+    bool every_step;
+    int steps, frames;
 };
 
-struct benchmark_problem {
-    const char *name;
-    springls_implicit_fn shape; /* exact signed distance at the beginning and the end */
-    void *shape_data;
-    double volume; /* exact */
-    springls_velocity_fn velocity;
-    void *velocity_data;
-    double period;
-    int steps;
-    float view[3]; /* from the domain towards the eye of the pictures */
-    const char *paper_deformation, *paper_tracking, *paper_volume, *paper_speed; /* NULL = the paper has none */
+enum { BENCHMARK_OPTION_COUNT = 6 };
+
+struct benchmark_options benchmark_defaults(void);
+/* Fills the first BENCHMARK_OPTION_COUNT entries of a program's table. */
+void benchmark_option_table(struct benchmark_options *options, struct cli_option *table);
+
+struct benchmark_error {
+    double mean, std, max;
 };
 
-/* Reads the command line: the common flags, those of benchmark_options and one of the program's own. Returns what
- * cli_parse returns; after CLI_GO_ON the grid is set. */
-int benchmark_parse(struct benchmark_options *options, const char *name, const char *summary,
-                    const struct cli_option *own, int argc, char **argv);
+struct benchmark_result {
+    int springls_initial, springls_final, threads;
+    double springls_mean;
+    struct benchmark_error deformation, tracking, halfway, surface;
+    double volume_change_percent, volume_error_percent;
+    int components, euler;
+    int components_least, components_most, euler_least, euler_most; /* over all steps, with --every-step */
+    double seconds_total, seconds_stage[SPRINGLS_STAGE_COUNT];
+    size_t model_bytes;
+    uint64_t state_hash;
+    springls_stats stats;
+};
 
-/* Runs, prints and writes; the exit status of main. */
-int benchmark_run(const struct benchmark_options *options, const struct benchmark_problem *problem);
+/* Everything between the command line and the exit status. */
+int benchmark_main(const struct benchmark *benchmark, const struct benchmark_options *options);
+
+/* ---- pieces ---- */
+struct benchmark_error benchmark_deformation(const struct benchmark *benchmark, springls_view particles);
+struct benchmark_error benchmark_tracking(springls_view particles, springls_view correspondences);
+/* Correspondences carried by the exact flow to `time`, against the particles. */
+struct benchmark_error benchmark_flow_error(const struct benchmark *benchmark, double time, springls_view particles,
+                                            springls_view correspondences);
+
+bool benchmark_write_json(const struct benchmark *benchmark, const struct benchmark_options *options,
+                          const struct benchmark_result *result);
+void benchmark_print_table(const struct benchmark *benchmark, const struct benchmark_options *options,
+                           const struct benchmark_result *result);
 
 #endif

@@ -1,0 +1,26 @@
+/* run_options.h - from the command line to what springls_create wants: parameters, threads, backend, output folder. */
+#ifndef EXAMPLES_COMMON_RUN_OPTIONS_H
+#define EXAMPLES_COMMON_RUN_OPTIONS_H
+
+#include "cli.h"
+#include "springls.h"
+
+/* Help text of the option --set of every program that passes it on to run_options. */
+#define RUN_OPTIONS_SET_HELP "change parameters: name=value[,name=value...], names as in springls_params"
+
+/* The set named by --params, then the members named by `set` ("name=value,name=value"; NULL = none). Also sets the number
+ * of threads and makes the folder of --out. CLI_GO_ON, or the exit status after one line on stderr. */
+int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
+
+int run_threads(void); /* threads that parallel loops use now */
+
+/* "folder/name", cut to `size` - 1 characters. */
+const char *run_path(const char *folder, const char *name, char *path, size_t size);
+
+/* springls_create, with its reason for a refusal on stderr: CLI_GO_ON, or the exit status. The clock is run_clock. */
+int run_create(const char *program, springls_desc *desc, springls_context **ctx);
+
+/* A springls_trace.now: wall clock, also without OpenMP. */
+double run_clock(void *user);
+
+#endif
