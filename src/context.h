@@ -105,7 +105,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (params->band_half_width != ctx->params.band_half_width && ctx->set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     ctx->params = *params;
-    ctx->omega_fresh = false;
+    springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
     if (ctx->set.count == 0) springls__clear_model(ctx);
     return SPRINGLS_OK;
 }

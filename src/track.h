@@ -24,6 +24,7 @@ SPRINGLS__FN float springls__springl_distance2(const springls__springl *s, const
    that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */
 SPRINGLS__FN springls__v3 springls__adopt_correspondence(const springls_context *ctx, const springls__springl *s, int known)
 {
+    springls__v3 n = springls__springl_normal(s);
     float radius = ctx->params.neighbor_radius;
     int attempt;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
@@ -33,7 +34,7 @@ SPRINGLS__FN springls__v3 springls__adopt_correspondence(const springls_context 
         int other, count = 0;
         while ((other = springls__cell_walk_next(&walk)) >= 0) {
             float d2;
-            if (other >= known) continue;
+            if (other >= known || springls__dot(springls__springl_normal(&ctx->set.s[other]), n) <= 0.0f) continue; /* the far sheet */
             d2 = springls__springl_distance2(s, &ctx->set.s[other]);
             if (d2 > radius * radius) continue;
             sum = springls__add(sum, ctx->set.a[other]);
