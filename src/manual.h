@@ -65,7 +65,8 @@
        advect  relax  (evolve  rebuild) x evolve_iterations
 
      With resample_last = 1 (default set) contract and resample come after evolve and rebuild, before fill_gaps, and the
-     second relax is left out.
+     second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
+     ends with phi taking the springls' oriented distance near them.
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
