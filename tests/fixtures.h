@@ -337,10 +337,11 @@ FIXTURE springls_context *fixture_torus(int size, const springls_params *params,
     return ctx;
 }
 
-/* The springls go, the level set stays. */
+/* The springls go, ids begin at 0 again; the level set stays. */
 FIXTURE void fixture_clear(springls_context *ctx)
 {
     ctx->set.count = 0;
+    ctx->set.next_id = 0;
     springls__constellation_changed(ctx);
 }
 
