@@ -14,8 +14,9 @@ endif
 SAY           = $(if $(V),,@echo "  $@";)
 PREFIX       ?= /usr/local
 WARNINGS      = -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow
-# Results are the same bits for every compiler and level only while nobody fuses a*b+c.
-EXACT         = -ffp-contract=off
+# Results are the same bits for every compiler and level only while nobody fuses a*b+c. Without errno square roots
+# vectorise; their bits stay the same.
+EXACT         = -ffp-contract=off -fno-math-errno
 STRICT        = -std=c99 $(WARNINGS) -Werror $(EXACT)
 MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
@@ -34,8 +35,6 @@ COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examp
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
 ON_SPRINGLS  := $(wildcard $(addprefix examples/common/,benchmark*.c model_*.c run_options.c segment*.c))
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
-BENCHES      := $(patsubst tests/bench/%.c,build/bench/%,$(wildcard tests/bench/*.c)) \
-                $(patsubst tests/bench/%.cc,build/bench/%,$(wildcard tests/bench/*.cc))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
 TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(sort $(wildcard tests/test_*.c)))
@@ -45,7 +44,7 @@ ifdef SPRINGLS_DATA
 endif
 
 .PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper install format clean \
-        asan ubsan tsan compile-matrix deps-matrix bench-run FORCE
+        asan ubsan tsan compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
 help:   ## this list
@@ -148,22 +147,33 @@ compile-matrix: deps-matrix   ## springls.h in every language, linkage and names
 
 # ---- measurements ----
 
-build/bench/%: tests/bench/%.c springls.h build/libcommon.a build/bench/settings
-	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS) $(BENCH_LIBS)
+# bench and paper start the example programs and these, and read what they print; they share tests/bench/{runs,table}.c.
+BENCH_SHARED  := tests/bench/runs.c tests/bench/table.c
+BENCH_HEADERS := $(wildcard tests/bench/*.h examples/common/*.h)
 
+build/bench/bench build/bench/paper: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
+	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -o $@ $(filter %.c,$^) build/libcommon.a $(EXAMPLE_LIBS)
+build/bench/bench: tests/bench/bench.c
+build/bench/paper: $(wildcard tests/bench/paper*.c)
+
+build/bench/%: tests/bench/%.c springls.h build/libcommon.a build/bench/settings
+	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
+
+# OpenVDB's headers use functions of libraries that it links itself; hence the linker's option.
 build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/settings
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
-	  $(EXAMPLE_LIBS) -lopenvdb -ltbb $(BENCH_LIBS)
+	  -Wl,--copy-dt-needed-entries $(EXAMPLE_LIBS) -lopenvdb -ltbb
 
-bench: deps-bench   ## build and run tests/bench/: one JSON object a program
-	@$(MAKE) --no-print-directory bench-run
+BENCH_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,bench memory openvdb_advection)
+PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
 
-bench-run: $(filter-out build/bench/paper,$(BENCHES))
-	@for b in $^; do echo "== $$b" >&2; $$b || exit 1; done
+bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, compile time (GRID=128)
+	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
+	@CC="$(CC)" build/bench/bench
 
-paper: deps-demo   ## the paper's numbers against ours
-	@$(MAKE) --no-print-directory $(or $(filter build/paper,$(EXAMPLES)),build/bench/paper)
-	$(or $(filter build/paper,$(EXAMPLES)),build/bench/paper)
+paper: deps-demo   ## the paper's tables and figures from our runs (some: PAPER="table3 fig14"; FULL=1; KEEP=1)
+	@$(MAKE) --no-print-directory $(PAPER_PROGRAMS)
+	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(PAPER)
 
 # ---- the rest ----
 
