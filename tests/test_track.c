@@ -60,7 +60,7 @@ TEST reference_is_what_was_set(void)
         springls__v3 a = fixture_origin(ctx, i);
         float d;
         ASSERT_OK(springls_sample_distance(ctx, &a.x, 1, &d));
-        ASSERT_IN_RANGE(0.0, d, 0.05);
+        ASSERT_IN_RANGE(0.0, d, 0.08); /* a sixteenth of a voxel, and interpolation */
         ASSERT_IN_RANGE(8.0, d3_distance(d3_of(a), d3_make(17.5, 15.5, 15.5)), 0.5);
     }
     springls_destroy(ctx);
