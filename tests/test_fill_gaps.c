@@ -1,0 +1,232 @@
+/* test_fill_gaps.c - springls for exposed zero crossings (section 4.4): all of them, no others, with correspondences. */
+#include "fixtures.h"
+
+static const d3 center = { 15.5, 15.5, 15.5 };
+
+static springls_params set_of(int which) { return which ? springls_default_params() : springls_paper_params(); }
+
+/* Removes springls whose particle is within `size` of the point where direction n leaves the sphere; how many. */
+static int cut_hole(springls_context *ctx, d3 n, double radius, double size)
+{
+    int i, count = springls_count(ctx);
+    uint8_t *keep = (uint8_t *)malloc((size_t)count);
+    d3 at = d3_mad(center, d3_scale(n, 1.0 / d3_length(n)), radius);
+    for (i = 0; i < count; i++) keep[i] = d3_distance(d3_of(fixture_particle(ctx, i)), at) > size;
+    fixture_keep(ctx, keep);
+    free(keep);
+    return count - springls_count(ctx);
+}
+
+/* The largest distance from the centre of a triangle of the zero level to the springls, and how many are beyond d_max. */
+static double worst_gap(springls_context *ctx, double d_max, int *beyond)
+{
+    springls_mesh mesh;
+    double worst = 0.0;
+    int t, m;
+    *beyond = 0;
+    if (springls_extract_mesh(ctx, &mesh) != SPRINGLS_OK) return DBL_MAX;
+    for (t = 0; t < mesh.triangle_count; t++) {
+        d3 c = d3_make(0.0, 0.0, 0.0);
+        double d;
+        for (m = 0; m < 3; m++) {
+            const float *x = mesh.positions + 3 * mesh.triangles[3 * t + m];
+            c = d3_mad(c, d3_make((double)x[0], (double)x[1], (double)x[2]), 1.0 / 3.0);
+        }
+        d = fixture_distance(ctx, c);
+        if (d > worst) worst = d;
+        *beyond += d > d_max;
+    }
+    springls_mesh_free(ctx, &mesh);
+    return worst;
+}
+
+/* Where the springls cover the zero level, nothing is added. */
+TEST nothing_to_fill(int which)
+{
+    springls_params p = set_of(which);
+    springls_context *ctx = fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 9.0f);
+    int count = springls_count(ctx), beyond;
+    uint64_t hash;
+    ASSERT_GT(count, 100);
+    worst_gap(ctx, 0.5, &beyond);
+    ASSERT_OK(springls_fill_gaps(ctx));
+    if (beyond == 0) ASSERT_EQ(count, springls_count(ctx));
+    ASSERT_EQ(springls_count(ctx) - count, springls_get_stats(ctx).added);
+    hash = springls_state_hash(ctx);
+    ASSERT_OK(springls_fill_gaps(ctx)); /* what it has filled it does not fill again */
+    ASSERT(hash == springls_state_hash(ctx));
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Each exposed triangle of the zero level becomes one springl and covered ones none: of the same place with the paper's
+   rule; afterwards no zero crossing is further than d_max from the springls. */
+TEST holes_are_covered(int which, float size)
+{
+    springls_params p = set_of(which);
+    springls_context *ctx = fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 9.0f);
+    int beyond, removed, before, added, i;
+    const double near = size > 2.0f ? 0.25 : 0.15; /* a fit has little to go by in the middle of a wide hole */
+    double worst;
+    fixture_springl *old;
+    ASSERT_OK(springls_fill_gaps(ctx));
+    removed = cut_hole(ctx, d3_make(0.3, -0.5, 0.8), 9.0, (double)size);
+    ASSERT_GT(removed, 3);
+    before = springls_count(ctx);
+    old = fixture_copy(ctx);
+    worst_gap(ctx, 0.5, &beyond);
+    ASSERT_GT(beyond, 3);
+    ASSERT_OK(springls_fill_gaps(ctx));
+    added = springls_count(ctx) - before;
+    ASSERT_EQ(beyond, added);
+    for (i = 0; i < before; i++) { /* the others stay as they were */
+        fixture_springl s = fixture_get(ctx, i);
+        ASSERT_MEM_EQ(&old[i], &s, sizeof s);
+    }
+    for (i = before; i < springls_count(ctx); i++) {
+        fixture_springl s = fixture_get(ctx, i);
+        d3 out = d3_sub(d3_of(s.p), center);
+        ASSERT(s.id > old[before - 1].id);
+        ASSERT(i == before || s.id > springls_ids(ctx)[i - 1]);
+        ASSERT(s.generation >= 1);
+        ASSERT_GT(d3_dot(fixture_normal(&s), out) / d3_length(out), 0.9); /* faces out */
+        ASSERT_IN_RANGE(9.0, d3_length(out), near);
+        ASSERT_IN_RANGE(9.0, d3_distance(d3_of(s.a), center), near); /* on the original surface */
+    }
+    worst = worst_gap(ctx, 0.5, &beyond);
+    ASSERT_EQ_FMT(0, beyond, "%d");
+    ASSERT_LT(worst, 0.5 + 1e-4);
+    free(old);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Nothing has moved, so a new springl's true correspondence is its own place. The quadratic rule finds it within a tenth
+   of a voxel; the paper's average within the width of the hole and its rim. */
+TEST correspondences_are_near_the_truth(int which)
+{
+    springls_params p = set_of(which);
+    springls_context *ctx;
+    double mean = 0.0, worst = 0.0;
+    int i, first, n = 0;
+    p.initial_stride = 1;
+    p.project_initial = 1;
+    ctx = fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 9.0f);
+    cut_hole(ctx, d3_make(0.3, -0.5, 0.8), 9.0, 1.2);
+    cut_hole(ctx, d3_make(-0.3, 0.7, 0.1), 9.0, 1.2);
+    cut_hole(ctx, d3_make(0.0, 0.0, -1.0), 9.0, 1.2);
+    first = springls_count(ctx);
+    ASSERT_OK(springls_fill_gaps(ctx));
+    for (i = first; i < springls_count(ctx); i++, n++) {
+        double e = d3_distance(d3_of(fixture_particle(ctx, i)), d3_of(fixture_origin(ctx, i)));
+        mean += e;
+        if (e > worst) worst = e;
+    }
+    ASSERT_GT(n, 5);
+    mean /= n;
+    if (which) {
+        ASSERT_LT(mean, 0.05);
+        ASSERT_LT(worst, 0.1);
+    } else {
+        ASSERT_LT(worst, 1.2 + 0.6);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* The same after the model has moved away from its original: correspondences are on the original, not on the model. */
+TEST correspondences_survive_motion(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 12.5f, 15.5f, 15.5f, 8.0f);
+    float wind[3] = { 4.0f, 0.0f, 0.0f };
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_ELASTIC, 1.0f);
+    uint8_t *keep;
+    int i, first;
+    step.one_to_one = true;
+    ASSERT_OK(springls_step(ctx, &step));
+    keep = (uint8_t *)malloc((size_t)springls_count(ctx));
+    for (i = 0; i < springls_count(ctx); i++) keep[i] = d3_distance(d3_of(fixture_particle(ctx, i)), d3_make(16.5, 15.5, 23.5)) > 1.2;
+    fixture_keep(ctx, keep);
+    free(keep);
+    first = springls_count(ctx);
+    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_GT(springls_count(ctx), first);
+    for (i = first; i < springls_count(ctx); i++) {
+        d3 back = d3_sub(d3_of(fixture_particle(ctx, i)), d3_make(4.0, 0.0, 0.0));
+        ASSERT_LT(d3_distance(back, d3_of(fixture_origin(ctx, i))), 0.15);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* max_springls holds here too: what does not fit is refused and counted, and can be filled once there is room. */
+TEST room_is_respected(void)
+{
+    springls_params p = springls_paper_params();
+    springls_desc desc = fixture_desc(32, &p);
+    springls_sphere sphere = fixture_ball(15.5f, 15.5f, 15.5f, 9.0f);
+    springls_context *ctx;
+    int beyond, count;
+    desc.max_springls = 100000;
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &sphere));
+    ASSERT_OK(springls_fill_gaps(ctx));
+    cut_hole(ctx, d3_make(0.0, 0.0, 1.0), 9.0, 3.0);
+    count = springls_count(ctx);
+    worst_gap(ctx, 0.5, &beyond);
+    ASSERT_GT(beyond, 10);
+    ctx->desc.max_springls = count + 7;
+    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_EQ(count + 7, springls_count(ctx));
+    ASSERT_EQ(beyond - 7, springls_get_stats(ctx).refused);
+    ctx->desc.max_springls = 100000;
+    ASSERT_OK(springls_fill_gaps(ctx));
+    worst_gap(ctx, 0.5, &beyond);
+    ASSERT_EQ(0, beyond);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* The closing surface at the border of the domain is part of the zero level, and is filled as well. */
+TEST the_border_is_filled(void)
+{
+    springls_context *ctx = fixture_sphere(24, NULL, 3.0f, 11.5f, 20.0f, 7.0f);
+    int i, beyond, count = springls_count(ctx), n = 0;
+    uint8_t *keep = (uint8_t *)malloc((size_t)count);
+    for (i = 0; i < count; i++) keep[i] = fixture_particle(ctx, i).x > 0.0f;
+    fixture_keep(ctx, keep);
+    free(keep);
+    ASSERT_LT(springls_count(ctx), count - 20);
+    ASSERT_OK(springls_fill_gaps(ctx));
+    worst_gap(ctx, 0.5, &beyond);
+    ASSERT_EQ_FMT(0, beyond, "%d");
+    for (i = 0; i < springls_count(ctx); i++) n += fixture_particle(ctx, i).x < -0.4f;
+    ASSERT_GT(n, 20);
+    springls_destroy(ctx);
+    PASS();
+}
+
+SUITE(fill_gaps)
+{
+    RUN_TESTp(nothing_to_fill, 0);
+    RUN_TESTp(nothing_to_fill, 1);
+    RUN_TESTp(holes_are_covered, 0, 1.5f);
+    RUN_TESTp(holes_are_covered, 0, 3.5f);
+    RUN_TESTp(holes_are_covered, 1, 1.5f);
+    RUN_TESTp(holes_are_covered, 1, 3.5f);
+    RUN_TESTp(correspondences_are_near_the_truth, 0);
+    RUN_TESTp(correspondences_are_near_the_truth, 1);
+    RUN_TEST(correspondences_survive_motion);
+    RUN_TEST(room_is_respected);
+    RUN_TEST(the_border_is_filled);
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(fill_gaps);
+    GREATEST_MAIN_END();
+}
