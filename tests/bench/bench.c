@@ -1,0 +1,226 @@
+/* bench - springls beside OpenVDB's level set on the same problems in the same run, and what the library costs to compile,
+ * to hold and to run on two threads. One process at a time.
+ *
+ *   GRID=64 make bench      another grid than 128^3
+ *   CC=clang make bench     the compiler of the compile-time rows
+ *
+ * Prints tables; build/bench/bench.json has the same numbers and every program's own JSON. */
+#define _POSIX_C_SOURCE 200809L
+#include "runs.h"
+#include "table.h"
+
+#include "examples/common/progress.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { METHODS = 3, MEMORY_ROWS = 3, MOST_RUNS = 16 };
+static const char *const folder = "build/bench/runs";
+static const char *const method_names[METHODS] = {"springls, paper's parameters", "springls, default parameters", "OpenVDB level set"};
+
+struct bench {
+    int grid;
+    struct run runs[MOST_RUNS];
+    int run_count;
+    double compile_seconds[2]; /* implementation, declarations */
+    FILE *json;
+};
+
+/* The next run of the list, named and ready for its command. */
+static struct run *new_run(struct bench *bench, const char *name, int number)
+{
+    struct run *run = &bench->runs[bench->run_count++];
+    run_name(run, "%s_%d", name, number);
+    return run;
+}
+
+static bool execute(struct run *run)
+{
+    const struct run_options options = {.folder = folder, .label = "bench", .at_once = 1};
+    return runs_do(run, 1, &options) == 0;
+}
+
+/* ---- accuracy and time ---- */
+
+static void problem_row(struct table *table, const struct run *run, const char *method, double seconds_of_openvdb)
+{
+    const bool tracks = isfinite(run_number(run, "tracking_mean"));
+    const double seconds = run_number(run, "seconds_total");
+    if (!run->json) {
+        table_row(table, "%s|failed", method);
+        return;
+    }
+    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", method, cell("%.1f s", seconds), cell("%.1f s", run->cpu),
+              cell("%.2f x", seconds_of_openvdb / seconds), cell("%+.2f %%", run_number(run, "volume_change_percent")),
+              cell("%+.2f %%", run_number(run, "volume_error_percent")),
+              cell2("%.3f / %.2f", run_number(run, "surface_mean"), run_number(run, "surface_max")),
+              tracks ? cell2("%.3f / %.2f", run_number(run, "tracking_mean"), run_number(run, "tracking_max")) : "cannot",
+              cell("%.0f", run_number(run, "components")), cell("%.0f MiB", run_number(run, "peak_rss_mib")));
+}
+
+/* The three methods one after the other on one problem. Its runs are the list's last three afterwards. */
+static void compare_on(struct bench *bench, const char *problem, const char *length)
+{
+    static struct table table;
+    const char *option = strcmp(problem, "leveque") == 0 ? "--period" : "--revolutions";
+    struct run *first = &bench->runs[bench->run_count];
+    for (int m = 0; m < METHODS; ++m) {
+        static const char *const names[METHODS] = {"paper", "default", "openvdb"};
+        char name[RUN_NAME];
+        snprintf(name, sizeof name, "%s_%s", problem, names[m]);
+        struct run *run = new_run(bench, name, bench->grid);
+        if (m < 2) {
+            run_command(run, "build/%s --grid %d --params %s %s %s --threads 1 --quiet --json -", problem, bench->grid, names[m],
+                        option, length);
+        } else {
+            run_command(run, "build/bench/openvdb_advection %s %d %s", problem, bench->grid, length);
+        }
+        execute(run);
+    }
+    table_begin(&table);
+    table_row(&table, "%s %d^3, %s %s|time|processor|against OpenVDB|volume change|volume error|surface mean / max|tracking mean / max|"
+                      "parts|peak memory", problem, bench->grid, option + 2, length);
+    for (int m = 0; m < METHODS; ++m) {
+        problem_row(&table, first + m, method_names[m], run_number(first + 2, "seconds_total"));
+    }
+    table_print(&table, stdout);
+    printf("\n");
+    fflush(stdout);
+}
+
+/* ---- compile time ---- */
+
+static double fastest_of(int times, const char *command)
+{
+    double best = INFINITY;
+    for (int i = 0; i < times; ++i) {
+        const double start = elapsed_seconds();
+        if (system(command) != 0) {
+            return NAN;
+        }
+        best = fmin(best, elapsed_seconds() - start);
+    }
+    return best;
+}
+
+static void compile_times(struct bench *bench)
+{
+    const char *compiler = getenv("CC") && getenv("CC")[0] ? getenv("CC") : "cc";
+    static struct table table;
+    char command[400];
+    double empty;
+    snprintf(command, sizeof command, "echo '#include <stdio.h>' | %s -std=c99 -O2 -x c -c -o build/bench/empty.o -", compiler);
+    empty = fastest_of(5, command);
+    snprintf(command, sizeof command, "echo '#include \"springls.h\"' | %s -std=c99 -O2 -I. -DSPRINGLS_IMPLEMENTATION -x c -c "
+                                      "-o build/bench/implementation.o -", compiler);
+    bench->compile_seconds[0] = fastest_of(2, command);
+    snprintf(command, sizeof command, "echo '#include \"springls.h\"' | %s -std=c99 -O2 -I. -x c -c -o build/bench/declarations.o -",
+             compiler);
+    bench->compile_seconds[1] = fastest_of(5, command);
+    table_begin(&table);
+    table_row(&table, "compiling springls.h, %s -O2|time|wanted", compiler);
+    table_row(&table, "implementation|%s|4 s at most", cell("%.2f s", bench->compile_seconds[0]));
+    table_row(&table, "declarations only|%s|0.05 s at most", cell("%.3f s", bench->compile_seconds[1]));
+    table_row(&table, "a file with stdio.h alone|%s|", cell("%.3f s", empty));
+    table_print(&table, stdout);
+    printf("\n");
+    fflush(stdout);
+}
+
+/* ---- memory ---- */
+
+static void memory(struct bench *bench)
+{
+    static const int grids[MEMORY_ROWS] = {128, 256, 512};
+    static const char *const radii[MEMORY_ROWS] = {"19.2", "38.4", "77"};
+    static const char *const wanted[MEMORY_ROWS] = {"", "", "less than 120 MiB"};
+    static struct table table;
+    table_begin(&table);
+    table_row(&table, "a model with a sphere|springls|bricks of 8^3|empty|model|peak of the process|set up|wanted");
+    for (int i = 0; i < MEMORY_ROWS; ++i) {
+        struct run *run = new_run(bench, "memory", grids[i]);
+        run_command(run, "build/bench/memory %d %s", grids[i], radii[i]);
+        execute(run);
+        table_row(&table, "%d^3, radius %s|%s|%s|%s|%s|%s|%s|%s", grids[i], radii[i], cell("%.0f", run_number(run, "springls")),
+                  cell("%.0f", run_number(run, "bricks")), cell("%.2f MiB", run_number(run, "empty_mib")),
+                  cell("%.1f MiB", run_number(run, "model_mib")), cell("%.1f MiB", run_number(run, "peak_rss_mib")),
+                  cell("%.2f s", run_number(run, "seconds_total")), wanted[i]);
+    }
+    table_print(&table, stdout);
+    printf("\n");
+    fflush(stdout);
+}
+
+/* ---- threads ---- */
+
+/* One against two, the one-thread run being of before. */
+static void threads(struct bench *bench, const struct run *one)
+{
+    static struct table table;
+    struct run *two = new_run(bench, "leveque_default_two_threads", bench->grid);
+    run_command(two, "build/leveque --grid %d --params default --period 2.5 --threads 2 --quiet --json -", bench->grid);
+    execute(two);
+    char hash_one[32], hash_two[32];
+    run_text(one, "state_hash", hash_one, sizeof hash_one);
+    run_text(two, "state_hash", hash_two, sizeof hash_two);
+    const double seconds_one = run_number(one, "seconds_total"), seconds_two = run_number(two, "seconds_total");
+    table_begin(&table);
+    table_row(&table, "leveque %d^3, default parameters|time|speed-up|result", bench->grid);
+    table_row(&table, "%s thread|%s||%s", cell("%.0f", run_number(one, "threads")), cell("%.1f s", seconds_one), hash_one);
+    table_row(&table, "%s threads|%s|%s|%s", cell("%.0f", run_number(two, "threads")), cell("%.1f s", seconds_two),
+              cell("%.2f x", seconds_one / seconds_two), hash_one[0] && strcmp(hash_one, hash_two) == 0 ? "the same bits" : "DIFFERENT");
+    table_print(&table, stdout);
+    fflush(stdout);
+}
+
+static bool write_json(const struct bench *bench)
+{
+    FILE *file = fopen("build/bench/bench.json", "w");
+    if (!file) {
+        return false;
+    }
+    fprintf(file, "{\n\"grid\": %d,\n", bench->grid);
+    for (int i = 0; i < 2; ++i) {
+        static const char *const names[2] = {"compile_implementation", "compile_declarations"};
+        fprintf(file, isfinite(bench->compile_seconds[i]) ? "\"%s_seconds\": %.4f,\n" : "\"%s_seconds\": null,\n", names[i],
+                bench->compile_seconds[i]);
+    }
+    fprintf(file, "\"runs\": {\n");
+    for (int i = 0; i < bench->run_count; ++i) {
+        fprintf(file, "\"%s\": %s%s\n", bench->runs[i].name, bench->runs[i].json ? bench->runs[i].json : "null",
+                i + 1 < bench->run_count ? "," : "");
+    }
+    fprintf(file, "}\n}\n");
+    return fclose(file) == 0;
+}
+
+int main(void)
+{
+    static struct bench bench;
+    int failures = 0;
+    bench.grid = getenv("GRID") && getenv("GRID")[0] ? atoi(getenv("GRID")) : 128;
+    if (bench.grid < 16 || bench.grid > 1024) {
+        fprintf(stderr, "bench: GRID must be between 16 and 1024\n");
+        return 2;
+    }
+    printf("One thread each unless said otherwise; lengths in voxels. Time is the wall's, processor time that of the whole process\n"
+           "with set-up and measuring: where the two differ much, something else was running. Surface and volume are those of each\n"
+           "method's own mesh; volume error is against the exact shape, volume change against the mesh at the start.\n\n");
+    fflush(stdout);
+    compile_times(&bench);
+    memory(&bench);
+    const int leveque = bench.run_count;
+    compare_on(&bench, "leveque", "2.5");
+    compare_on(&bench, "zalesak", "1");
+    threads(&bench, &bench.runs[leveque + 1]);
+    for (int i = 0; i < bench.run_count; ++i) {
+        failures += bench.runs[i].json == NULL;
+    }
+    if (!write_json(&bench)) {
+        fprintf(stderr, "bench: cannot write build/bench/bench.json\n");
+        ++failures;
+    }
+    runs_free(bench.runs, bench.run_count);
+    return failures > 0;
+}

@@ -1,0 +1,81 @@
+#include "table.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <string.h>
+
+void table_begin(struct table *table)
+{
+    memset(table, 0, sizeof *table);
+}
+
+void table_row(struct table *table, const char *format, ...)
+{
+    char line[TABLE_COLUMNS * TABLE_CELL];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(line, sizeof line, format, arguments);
+    va_end(arguments);
+    if (table->rows == TABLE_ROWS) {
+        return;
+    }
+    char *at = line;
+    for (int column = 0; at && column < TABLE_COLUMNS; ++column) {
+        const size_t length = strcspn(at, "|");
+        snprintf(table->cells[table->rows][column], TABLE_CELL, "%.*s", (int)length, at);
+        table->columns = column + 1 > table->columns ? column + 1 : table->columns;
+        at = at[length] ? at + length + 1 : NULL;
+    }
+    ++table->rows;
+}
+
+void table_print(const struct table *table, FILE *file)
+{
+    int width[TABLE_COLUMNS] = {0};
+    for (int r = 0; r < table->rows; ++r) {
+        for (int c = 0; c < table->columns; ++c) {
+            const int length = (int)strlen(table->cells[r][c]);
+            width[c] = length > width[c] ? length : width[c];
+        }
+    }
+    for (int r = 0; r < table->rows; ++r) {
+        for (int c = 0; c < table->columns; ++c) {
+            fprintf(file, "| %-*s ", width[c], table->cells[r][c]);
+        }
+        fputs("|\n", file);
+        for (int c = 0; r == 0 && c < table->columns; ++c) {
+            static const char dashes[] = "------------------------------------------------------------------------"
+                                         "------------------------";
+            fprintf(file, "|%.*s", width[c] + 2, dashes);
+        }
+        if (r == 0) {
+            fputs("|\n", file);
+        }
+    }
+}
+
+static char *next_text(void)
+{
+    static char texts[32][TABLE_CELL];
+    static int next;
+    next = (next + 1) % 32;
+    return texts[next];
+}
+
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wformat-nonliteral"
+#endif
+
+const char *cell(const char *format, double value)
+{
+    char *text = next_text();
+    snprintf(text, TABLE_CELL, isfinite(value) ? format : "-", value);
+    return text;
+}
+
+const char *cell2(const char *format, double a, double b)
+{
+    char *text = next_text();
+    snprintf(text, TABLE_CELL, isfinite(a) && isfinite(b) ? format : "-", a, b);
+    return text;
+}
