@@ -78,7 +78,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
             float sum = fit.normal_matrix[i * (i + 1) / 2 + j];
             for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
             if (i == j) {
-                if (!(sum > 1e-5f * fit.normal_matrix[i * (i + 1) / 2 + i])) return result;
+                if (!(sum > 1e-5f * fit.normal_matrix[0])) return result; /* relative to the weights: coordinates are at most 1 */
                 l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
             } else {
                 l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
