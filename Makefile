@@ -106,8 +106,8 @@ HEAD_SCAN ?= /usr/share/mricron/templates/ch2bet.nii.gz
 demo: deps-demo   ## from nothing to results: set-up, build, two programs run into build/demo/
 	@$(MAKE) --no-print-directory examples
 	@mkdir -p build/demo
-	build/leveque --grid 64 --out build/demo
-	build/segment $(HEAD_SCAN) --out build/demo
+	build/leveque --grid 64 --period 1.25 --out build/demo
+	build/segment $(HEAD_SCAN) --init threshold --iterations 3 --out build/demo
 	@echo "see build/demo/"
 
 # ---- tests ----
