@@ -26,6 +26,9 @@
      >>grid                 src/grid.h
      >>cells                src/cells.h
      >>neighbors            src/neighbors.h
+     >>lanes                src/lanes.h
+     >>lanes_rows           src/lanes_rows.h
+     >>lanes_relax          src/lanes_relax.h
      >>transform            src/transform.h
      >>advect               src/advect.h
      >>relax                src/relax.h
@@ -2816,6 +2819,595 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* ======== >>lanes  (src/lanes.h) =============================================================================== */
+/* lanes.h - the hot loops over vectors of several floats: the same operations in the same order as the scalar text of
+   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
+   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
+
+#if defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
+#if defined(__AVX2__)
+#include <immintrin.h>
+#define SPRINGLS__LANES 8
+#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps
+typedef __m256 springls__simd;
+#else
+#define SPRINGLS__LANES 4
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#define SPRINGLS__SIMD(operation) _mm_##operation##_ps
+typedef __m128 springls__simd;
+#endif
+#endif
+
+#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline
+
+typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
+typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
+typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
+
+typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
+
+SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
+
+SPRINGLS__LANE springls__vec springls__vec_all(float x)
+{
+    springls__vec v = { 0 };
+    return x - v; /* x + 0 would lose the sign of -0 */
+}
+
+SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)
+{
+    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
+}
+
+/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);
+#else
+    return springls__vec_select(a < b, a, b);
+#endif
+}
+
+SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);
+#else
+    return springls__vec_select(a > b, a, b);
+#endif
+}
+
+SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
+{
+    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
+}
+
+SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
+{
+    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
+    return (springls__vec)((springls__vmask)x & ~sign);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);
+#else
+    springls__vec r = x;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);
+    return r;
+#endif
+}
+
+/* x rounded down, for |x| < 2^31. */
+SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
+{
+    springls__vec t = __builtin_convertvector(__builtin_convertvector(x, springls__vmask), springls__vec);
+    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
+}
+
+SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
+{
+#if defined(SPRINGLS__SIMD)
+    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;
+#else
+    int i, any = 0;
+    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
+    return any != 0;
+#endif
+}
+
+SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
+{
+    springls__vec3 r;
+    r.x = springls__vec_all(v.x);
+    r.y = springls__vec_all(v.y);
+    r.z = springls__vec_all(v.z);
+    return r;
+}
+
+SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)
+{
+    a.x += b.x;
+    a.y += b.y;
+    a.z += b.z;
+    return a;
+}
+
+SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)
+{
+    a.x -= b.x;
+    a.y -= b.y;
+    a.z -= b.z;
+    return a;
+}
+
+SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)
+{
+    a.x *= s;
+    a.y *= s;
+    a.z *= s;
+    return a;
+}
+
+/* a + s b */
+SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)
+{
+    a.x += b.x * s;
+    a.y += b.y * s;
+    a.z += b.z * s;
+    return a;
+}
+
+SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)
+{
+    springls__vec3 r;
+    r.x = a.y * b.z - a.z * b.y;
+    r.y = a.z * b.x - a.x * b.z;
+    r.z = a.x * b.y - a.y * b.x;
+    return r;
+}
+
+SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }
+
+SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
+{
+    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);
+    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);
+    springls__vmask some = l2 > springls__vec_all(1e-30f);
+    a = springls__vec3_scale(a, s);
+    a.x = springls__vec_select(some, a.x, zero);
+    a.y = springls__vec_select(some, a.y, zero);
+    a.z = springls__vec_select(some, a.z, zero);
+    return a;
+}
+
+/* 2^k for whole k in [-126, 127]. */
+SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
+{
+    return (springls__vec)((__builtin_convertvector(k, springls__vmask) + 127) << 23);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)
+{
+    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);
+    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
+    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
+                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
+    return e * springls__vec_power2(k);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)
+{
+    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);
+    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));
+    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));
+    t = springls__vec_select(x < 0.0f, -t, t);
+    return springls__vec_select(a < 0.25f, series, t);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)
+{
+    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
+                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
+    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }
+
+#endif
+
+/* ======== >>lanes_rows  (src/lanes_rows.h) ===================================================================== */
+/* lanes_rows.h - a row of eight voxels at a time: omega, eq. 23 and re-distancing. phi and omega point into tiles. */
+
+#if SPRINGLS__LANES
+
+SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
+{
+    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
+    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
+    d = springls__vec3_mad(d, along, -s);
+    return springls__vec3_dot(d, d);
+}
+
+/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
+SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
+{
+    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
+    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
+    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
+    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
+    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
+                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
+                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
+    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
+}
+
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, int x, int y, int z, float *row)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z));
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        at.x = (float)x + springls__vec_load(ramp + i);
+        springls__vec_store(row + i, springls__vec_min(springls__vec_load(row + i), springls__tri_distance2_lanes(plan, at)));
+    }
+}
+
+typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
+
+SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
+{
+    springls__vec_cross7 v;
+    v.c = springls__vec_load(t);
+    v.xm = springls__vec_load(t - 1);
+    v.xp = springls__vec_load(t + 1);
+    v.ym = springls__vec_load(t - SPRINGLS__TILE);
+    v.yp = springls__vec_load(t + SPRINGLS__TILE);
+    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
+    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
+    return v;
+}
+
+/* f (phi - upwind neighbour) */
+SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
+SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
+    springls__vmask inside = springls__vec_abs(v.c) <= width;
+    springls__vec change;
+    if (!springls__vmask_any(inside)) {
+        springls__vec_store(out, v.c);
+        return;
+    }
+    o = springls__tile_cross_lanes(omega);
+    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
+           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
+           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
+    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+    springls__vec_store(out, springls__vec_select(inside, change, v.c));
+}
+
+SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
+}
+
+SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
+{
+    springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+    springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+    springls__vmask inside = v.c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
+{
+    springls__vec flat = springls__vec_abs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.5f * steep, steep, flat);
+    return slope * slope;
+}
+
+/* springls__interface_distance at the interface, phi within far_value elsewhere. */
+SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vmask crossed = springls__at_interface_lanes(v);
+    springls__vec g2, kept = springls__vec_clamp(v.c, -far_value, far_value);
+    if (springls__vmask_any(crossed)) {
+        g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+        kept = springls__vec_select(crossed, v.c / springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))), kept);
+    }
+    springls__vec_store(out, kept);
+}
+
+SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
+}
+
+SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
+{
+    const springls__vec zero = springls__vec_all(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
+}
+
+/* springls__redistance away from the interface, phi itself there. */
+SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vec d = springls__eikonal_lanes(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
+                                          springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp)),
+                                          springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
+    d = springls__vec_min(d, springls__vec_all(far_value));
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    springls__vec_store(out, springls__vec_select(springls__at_interface_lanes(v), v.c, d));
+}
+
+SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
+}
+
+#else
+
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, int x, int y, int z, float *row)
+{
+    int i;
+    for (i = 0; i < 8; i++)
+        row[i] = springls__min(row[i], springls__tri_distance2(*plan, springls__v3_make((float)(x + i), (float)y, (float)z)));
+}
+
+SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];
+    }
+}
+
+SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        out[i] = springls__at_interface(v) ? springls__interface_distance(v) : springls__clamp(v.c, -far_value, far_value);
+    }
+}
+
+SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        out[i] = springls__at_interface(v) ? v.c : springls__redistance(v, far_value);
+    }
+}
+
+#endif
+
+/* ======== >>lanes_relax  (src/lanes_relax.h) =================================================================== */
+/* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
+
+#if SPRINGLS__LANES
+
+SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, springls__vec x)
+{
+    float v[SPRINGLS__LANES];
+    int i;
+    if (rule.weight == 0) return x;
+    springls__vec_store(v, x);
+    for (i = 0; i < SPRINGLS__LANES; i++) v[i] = springls__weight(rule.weight, v[i], rule.d_max, rule.radius);
+    return springls__vec_load(v);
+}
+
+/* One edge for each lane: where it starts, its vector, 1 / length^2, and whether it is there. */
+typedef struct springls__edges_lanes { float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES]; int there[SPRINGLS__LANES]; } springls__edges_lanes;
+
+/* Edges codes[stride * lane]; a lane without one (-1) gets an edge of springl `instead`, of no effect. */
+SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes, int stride, int instead)
+{
+    int lane, axis, some = 0;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        int code = codes[stride * lane], there = code >= 0, e;
+        const springls__springl *o = &all[there ? code / 3 : instead];
+        const float *a, *b, *q = (const float *)(const void *)o->q;
+        e = there ? code % 3 : 0;
+        a = q + 3 * e;
+        b = q + (e == 2 ? 0 : 3 * e + 3);
+        for (axis = 0; axis < 3; axis++) {
+            edges->a[axis][lane] = a[axis];
+            edges->b[axis][lane] = b[axis];
+        }
+        edges->inverse[lane] = o->inverse_edge2[e];
+        edges->there[lane] = -there;
+        some |= there;
+    }
+    return some;
+}
+
+/* springls__vertex_force of vertex m of eight springls. */
+SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all, springls__vec3 q,
+                                                        const int *rows, int stride, int instead)
+{
+    springls__vec3 c = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f)), a, ab, d;
+    springls__vec x, s, zero = c.x;
+    springls__edges_lanes edges;
+    springls__vmask there;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && springls__edges_gather(&edges, all, rows + k, stride, instead); k++) {
+        a.x = springls__vec_load(edges.a[0]);
+        a.y = springls__vec_load(edges.a[1]);
+        a.z = springls__vec_load(edges.a[2]);
+        ab.x = springls__vec_load(edges.b[0]);
+        ab.y = springls__vec_load(edges.b[1]);
+        ab.z = springls__vec_load(edges.b[2]);
+        ab = springls__vec3_sub(ab, a);
+        s = springls__vec_clamp(springls__vec3_dot(springls__vec3_sub(q, a), ab) * springls__vec_load(edges.inverse), 0.0f, 1.0f);
+        d = springls__vec3_sub(springls__vec3_mad(a, ab, s), q);
+        x = springls__vec3_length(d);
+        memcpy(&there, edges.there, sizeof there);
+        s = rule.kappa_ext * springls__weight_lanes(rule, (x - rule.rest) / rule.radius) / x;                    /* eq. 12 */
+        c = springls__vec3_mad(c, d, springls__vec_select(there & (x > 1e-6f), s, zero));
+    }
+    x = springls__vec3_length(c);
+    s = rule.sharpness * x;
+    s = (rule.threshold == 0 ? s : springls__vec_tanh(s)) / x;                                                /* eq. 13 */
+    return springls__vec3_scale(c, springls__vec_select(x > 1e-6f, s, zero));
+}
+
+/* An axis, and the sine and cosine of the angle about it. */
+typedef struct springls__turn_lanes { springls__vec3 axis; springls__vec sine, cosine; springls__vmask some; } springls__turn_lanes;
+
+SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
+{
+    springls__vec angle = springls__vec3_length(w);
+    springls__turn_lanes turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = springls__vec3_scale(w, 1.0f / angle);
+    turn.sine = springls__vec_sinpi(angle * 0.318309886f);
+    turn.cosine = springls__vec_cospi(angle * 0.318309886f);
+    return turn;
+}
+
+SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const springls__turn_lanes *turn)
+{
+    springls__vec3 r = springls__vec3_add(springls__vec3_add(springls__vec3_scale(v, turn->cosine),
+                                                             springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
+                                          springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
+    r.x = springls__vec_select(turn->some, r.x, v.x);
+    r.y = springls__vec_select(turn->some, r.y, v.y);
+    r.z = springls__vec_select(turn->some, r.z, v.z);
+    return r;
+}
+
+/* springls__relax_springl of springls first, first + 1, ... `lanes` of them; idle lanes repeat the last. */
+SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first, int lanes,
+                                          springls__springl *next)
+{
+    float record[16][SPRINGLS__LANES];
+    springls__vec3 p, q[3], g[3], spring[3], turning = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f));
+    springls__vec length[3], reach2 = springls__vec_all(0.0f);
+    springls__turn_lanes turn;
+    int lane, m, codes[SPRINGLS__LANES * SPRINGLS__NEIGHBOR_ROW];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        int i = first + springls__imin(lane, lanes - 1);
+        const float *s = (const float *)(const void *)&all[i];
+        for (m = 0; m < 12; m++) record[m][lane] = s[m];
+    }
+    if (lanes < SPRINGLS__LANES) {
+        memset(codes, 0xff, sizeof codes);
+        memcpy(codes, rows, (size_t)lanes * SPRINGLS__NEIGHBOR_ROW * sizeof *codes);
+        rows = codes;
+    }
+    p.x = springls__vec_load(record[9]);
+    p.y = springls__vec_load(record[10]);
+    p.z = springls__vec_load(record[11]);
+    for (m = 0; m < 3; m++) {
+        springls__vec arm;
+        q[m].x = springls__vec_load(record[3 * m]);
+        q[m].y = springls__vec_load(record[3 * m + 1]);
+        q[m].z = springls__vec_load(record[3 * m + 2]);
+        g[m] = springls__vertex_force_lanes(rule, all, q[m], rows + SPRINGLS__MAX_NEIGHBORS * m, SPRINGLS__NEIGHBOR_ROW, first);
+        spring[m] = springls__vec3_sub(q[m], p);
+        length[m] = springls__vec3_length(spring[m]);
+        spring[m] = springls__vec3_normalize(spring[m]);
+        arm = rule.physical ? length[m] : springls__vec_all(1.0f);
+        turning = springls__vec3_mad(turning, springls__vec3_cross(spring[m], g[m]), arm);
+    }
+    turn = springls__turn_of_lanes(springls__vec3_scale(turning, springls__vec_all(rule.step_rotation)));
+    for (m = 0; m < 3; m++) {
+        springls__vec along = springls__vec3_dot(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest);
+        length[m] = springls__vec_max(length[m] + rule.step_length * along, springls__vec_all(0.25f * rule.rest));
+        q[m] = springls__vec3_mad(p, springls__rotate_lanes(spring[m], &turn), length[m]);
+        springls__vec_store(record[3 * m], q[m].x);
+        springls__vec_store(record[3 * m + 1], q[m].y);
+        springls__vec_store(record[3 * m + 2], q[m].z);
+    }
+    for (m = 0; m < 3; m++) { /* springls__springl_finish */
+        springls__vec3 edge = springls__vec3_sub(q[m == 2 ? 0 : m + 1], q[m]), arm = springls__vec3_sub(q[m], p);
+        springls__vec l2 = springls__vec3_dot(edge, edge);
+        springls__vec_store(record[12 + m], springls__vec_select(l2 > 1e-20f, 1.0f / l2, springls__vec_all(0.0f)));
+        reach2 = springls__vec_max(reach2, springls__vec3_dot(arm, arm));
+    }
+    springls__vec_store(record[15], springls__vec_sqrt(reach2));
+    for (lane = 0; lane < lanes; lane++) {
+        float *s = (float *)(void *)&next[first + lane];
+        for (m = 0; m < 16; m++) s[m] = record[m][lane];
+    }
+}
+
+SPRINGLS__FN void springls__relax_range(springls__relax_rule rule, const springls__springl *all, const int *neighbors, int begin, int end,
+                                        springls__springl *next)
+{
+    for (; begin < end; begin += SPRINGLS__LANES)
+        springls__relax_lanes(rule, all, neighbors + (size_t)begin * SPRINGLS__NEIGHBOR_ROW, begin,
+                              springls__imin(end - begin, SPRINGLS__LANES), next);
+}
+
+#else
+
+/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__FN springls__v3 springls__vertex_force(springls__relax_rule rule, const springls__springl *all, springls__v3 q, const int *codes)
+{
+    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
+        const springls__springl *o = &all[codes[k] / 3];
+        int e = codes[k] % 3;
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
+        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
+    }
+    return springls__thresholded(rule, c);
+}
+
+SPRINGLS__FN void springls__relax_range(springls__relax_rule rule, const springls__springl *all, const int *neighbors, int begin, int end,
+                                        springls__springl *next)
+{
+    for (; begin < end; begin++) {
+        const int *row = neighbors + (size_t)begin * SPRINGLS__NEIGHBOR_ROW;
+        springls__tri t = springls__springl_tri(&all[begin]);
+        t = springls__relax_springl(rule, t, all[begin].p, springls__vertex_force(rule, all, t.a, row),
+                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
+                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
+        next[begin] = all[begin];
+        next[begin].q[0] = t.a;
+        next[begin].q[1] = t.b;
+        next[begin].q[2] = t.c;
+        springls__springl_finish(&next[begin]);
+    }
+}
+
+#endif
+
 /* the stages, as a step runs them */
 
 /* ======== >>transform  (src/transform.h) ======================================================================= */
@@ -3205,39 +3797,15 @@ SPRINGLS__FN springls__relax_rule springls__relax_rule_of(const springls_params 
     return rule;
 }
 
-/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__FN springls__v3 springls__vertex_force(springls__relax_rule rule, const springls__springl *all, springls__v3 q, const int *codes)
-{
-    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
-        const springls__springl *o = &all[codes[k] / 3];
-        int e = codes[k] % 3;
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
-        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
-    }
-    return springls__thresholded(rule, c);
-}
-
 SPRINGLS__FN void springls__relax_task(void *arg, int begin, int end)
 {
     const springls_context *ctx = (const springls_context *)arg;
     const springls__springl *all = ctx->set.s;
     springls__springl *next = (springls__springl *)ctx->scratch[1].data;
     springls__relax_rule rule = springls__relax_rule_of(&ctx->params);
-    for (; begin < end; begin++) {
-        const int *row = (const int *)ctx->neighbors.data + (size_t)begin * SPRINGLS__NEIGHBOR_ROW;
-        springls__tri t = springls__springl_tri(&all[begin]);
-        next[begin] = all[begin];
-        if (ctx->set.mask[begin]) continue;
-        t = springls__relax_springl(rule, t, all[begin].p, springls__vertex_force(rule, all, t.a, row),
-                                    springls__vertex_force(rule, all, t.b, row + 8), springls__vertex_force(rule, all, t.c, row + 16));
-        next[begin].q[0] = t.a;
-        next[begin].q[1] = t.b;
-        next[begin].q[2] = t.c;
-        springls__springl_finish(&next[begin]);
-    }
+    springls__relax_range(rule, all, (const int *)ctx->neighbors.data, begin, end, next);
+    for (; begin < end; begin++)
+        if (ctx->set.mask[begin]) next[begin] = all[begin];
 }
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
@@ -3630,7 +4198,7 @@ SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
     const springls__grid *g = &ctx->grid;
     const float capture = ctx->params.capture;
     float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    int origin[3], i, x, y, z;
+    int origin[3], i, y, z;
     uint32_t k;
     springls__slot_origin(g, g->active[index], origin);
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture * capture;
@@ -3644,14 +4212,8 @@ SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++) {
-                float *row = omega + 8 * y + 64 * z;
-                for (x = 0; x < 8; x++) {
-                    float d2 = springls__tri_distance2(plan, springls__v3_make((float)(origin[0] + x), (float)(origin[1] + y),
-                                                                              (float)(origin[2] + z)));
-                    row[x] = springls__min(row[x], d2);
-                }
-            }
+            for (y = y0; y <= y1; y++)
+                springls__omega_row(&plan, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = springls__sqrt(omega[i]);
 }
@@ -3739,13 +4301,10 @@ SPRINGLS__FN void springls__evolve_task(void *arg, int begin, int end)
         springls__load_tile(g, g->phi, slot, phi);
         springls__load_tile(g, g->omega, slot, omega);
         for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++)
-                for (x = 0; x < 8; x++) {
-                    int at = springls__tile_index(x, y, z);
-                    springls__cross7 v = springls__tile_cross(phi + at);
-                    float moved = springls__evolve_voxel(v, springls__tile_cross(omega + at), step);
-                    out[x + 8 * y + 64 * z] = springls__fabs(v.c) <= width ? moved : v.c;
-                }
+            for (y = 0; y < 8; y++) {
+                int at = springls__tile_index(0, y, z);
+                springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);
+            }
         if (lambda == 0.0f) continue;
         for (z = 0; z < 8; z++)
             for (y = 0; y < 8; y++)
@@ -3785,17 +4344,13 @@ SPRINGLS__FN void springls__interface_task(void *arg, int begin, int end)
 {
     const springls__grid *g = &((const springls_context *)arg)->grid;
     float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z;
+    int y, z;
     for (; begin < end; begin++) {
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         springls__load_tile(g, g->phi, g->active[begin], tile);
         for (z = 0; z < 8; z++)
             for (y = 0; y < 8; y++)
-                for (x = 0; x < 8; x++) {
-                    springls__cross7 v = springls__tile_cross(tile + springls__tile_index(x, y, z));
-                    float d = springls__interface_distance(v);
-                    out[x + 8 * y + 64 * z] = springls__at_interface(v) ? d : springls__clamp(v.c, -g->far_value, g->far_value);
-                }
+                springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
     }
 }
 
@@ -3804,17 +4359,13 @@ SPRINGLS__FN void springls__redistance_task(void *arg, int begin, int end)
 {
     const springls__grid *g = &((const springls_context *)arg)->grid;
     float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z;
+    int y, z;
     for (; begin < end; begin++) {
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         springls__load_tile(g, g->phi, g->active[begin], tile);
         for (z = 0; z < 8; z++)
             for (y = 0; y < 8; y++)
-                for (x = 0; x < 8; x++) {
-                    springls__cross7 v = springls__tile_cross(tile + springls__tile_index(x, y, z));
-                    float d = springls__redistance(v, g->far_value);
-                    out[x + 8 * y + 64 * z] = springls__at_interface(v) ? v.c : d;
-                }
+                springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
     }
 }
 
@@ -6855,7 +7406,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 832 \"springls.h\"\n",
+    "#line 835 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -6887,7 +7438,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 865 \"springls.h\"\n",
+    "#line 868 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7022,7 +7573,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1001 \"springls.h\"\n",
+    "#line 1004 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -7089,7 +7640,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1069 \"springls.h\"\n",
+    "#line 1072 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -7121,7 +7672,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal);\n",
     "    return springls__fabs(along) > 0.05f && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1102 \"springls.h\"\n",
+    "#line 1105 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -7219,7 +7770,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1201 \"springls.h\"\n",
+    "#line 1204 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -7255,7 +7806,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1238 \"springls.h\"\n",
+    "#line 1241 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -7287,7 +7838,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1271 \"springls.h\"\n",
+    "#line 1274 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -7403,7 +7954,7 @@ static const char *const springls__kernel_lines[] = {
     "    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
     "    return result;\n",
     "}\n",
-    "#line 1388 \"springls.h\"\n",
+    "#line 1391 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -7411,7 +7962,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1397 \"springls.h\"\n",
+    "#line 1400 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */\n",
@@ -7464,7 +8015,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1451 \"springls.h\"\n",
+    "#line 1454 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -7497,7 +8048,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1485 \"springls.h\"\n",
+    "#line 1488 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -7552,7 +8103,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1541 \"springls.h\"\n",
+    "#line 1544 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -7602,7 +8153,7 @@ static const char *const springls__kernel_lines[] = {
     "    d = springls__min(d, far_value);\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1592 \"springls.h\"\n",
+    "#line 1595 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -7631,7 +8182,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1622 \"springls.h\"\n",
+    "#line 1625 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -7771,7 +8322,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1763 \"springls.h\"\n",
+    "#line 1766 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

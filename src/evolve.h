@@ -14,13 +14,10 @@ SPRINGLS__FN void springls__evolve_task(void *arg, int begin, int end)
         springls__load_tile(g, g->phi, slot, phi);
         springls__load_tile(g, g->omega, slot, omega);
         for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++)
-                for (x = 0; x < 8; x++) {
-                    int at = springls__tile_index(x, y, z);
-                    springls__cross7 v = springls__tile_cross(phi + at);
-                    float moved = springls__evolve_voxel(v, springls__tile_cross(omega + at), step);
-                    out[x + 8 * y + 64 * z] = springls__fabs(v.c) <= width ? moved : v.c;
-                }
+            for (y = 0; y < 8; y++) {
+                int at = springls__tile_index(0, y, z);
+                springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);
+            }
         if (lambda == 0.0f) continue;
         for (z = 0; z < 8; z++)
             for (y = 0; y < 8; y++)

@@ -58,7 +58,7 @@ SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
     const springls__grid *g = &ctx->grid;
     const float capture = ctx->params.capture;
     float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    int origin[3], i, x, y, z;
+    int origin[3], i, y, z;
     uint32_t k;
     springls__slot_origin(g, g->active[index], origin);
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture * capture;
@@ -72,14 +72,8 @@ SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++) {
-                float *row = omega + 8 * y + 64 * z;
-                for (x = 0; x < 8; x++) {
-                    float d2 = springls__tri_distance2(plan, springls__v3_make((float)(origin[0] + x), (float)(origin[1] + y),
-                                                                              (float)(origin[2] + z)));
-                    row[x] = springls__min(row[x], d2);
-                }
-            }
+            for (y = y0; y <= y1; y++)
+                springls__omega_row(&plan, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = springls__sqrt(omega[i]);
 }

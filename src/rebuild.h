@@ -5,17 +5,13 @@ SPRINGLS__FN void springls__interface_task(void *arg, int begin, int end)
 {
     const springls__grid *g = &((const springls_context *)arg)->grid;
     float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z;
+    int y, z;
     for (; begin < end; begin++) {
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         springls__load_tile(g, g->phi, g->active[begin], tile);
         for (z = 0; z < 8; z++)
             for (y = 0; y < 8; y++)
-                for (x = 0; x < 8; x++) {
-                    springls__cross7 v = springls__tile_cross(tile + springls__tile_index(x, y, z));
-                    float d = springls__interface_distance(v);
-                    out[x + 8 * y + 64 * z] = springls__at_interface(v) ? d : springls__clamp(v.c, -g->far_value, g->far_value);
-                }
+                springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
     }
 }
 
@@ -24,17 +20,13 @@ SPRINGLS__FN void springls__redistance_task(void *arg, int begin, int end)
 {
     const springls__grid *g = &((const springls_context *)arg)->grid;
     float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z;
+    int y, z;
     for (; begin < end; begin++) {
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         springls__load_tile(g, g->phi, g->active[begin], tile);
         for (z = 0; z < 8; z++)
             for (y = 0; y < 8; y++)
-                for (x = 0; x < 8; x++) {
-                    springls__cross7 v = springls__tile_cross(tile + springls__tile_index(x, y, z));
-                    float d = springls__redistance(v, g->far_value);
-                    out[x + 8 * y + 64 * z] = springls__at_interface(v) ? v.c : d;
-                }
+                springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
     }
 }
 

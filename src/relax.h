@@ -17,39 +17,15 @@ SPRINGLS__FN springls__relax_rule springls__relax_rule_of(const springls_params 
     return rule;
 }
 
-/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__FN springls__v3 springls__vertex_force(springls__relax_rule rule, const springls__springl *all, springls__v3 q, const int *codes)
-{
-    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
-        const springls__springl *o = &all[codes[k] / 3];
-        int e = codes[k] % 3;
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
-        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
-    }
-    return springls__thresholded(rule, c);
-}
-
 SPRINGLS__FN void springls__relax_task(void *arg, int begin, int end)
 {
     const springls_context *ctx = (const springls_context *)arg;
     const springls__springl *all = ctx->set.s;
     springls__springl *next = (springls__springl *)ctx->scratch[1].data;
     springls__relax_rule rule = springls__relax_rule_of(&ctx->params);
-    for (; begin < end; begin++) {
-        const int *row = (const int *)ctx->neighbors.data + (size_t)begin * SPRINGLS__NEIGHBOR_ROW;
-        springls__tri t = springls__springl_tri(&all[begin]);
-        next[begin] = all[begin];
-        if (ctx->set.mask[begin]) continue;
-        t = springls__relax_springl(rule, t, all[begin].p, springls__vertex_force(rule, all, t.a, row),
-                                    springls__vertex_force(rule, all, t.b, row + 8), springls__vertex_force(rule, all, t.c, row + 16));
-        next[begin].q[0] = t.a;
-        next[begin].q[1] = t.b;
-        next[begin].q[2] = t.c;
-        springls__springl_finish(&next[begin]);
-    }
+    springls__relax_range(rule, all, (const int *)ctx->neighbors.data, begin, end, next);
+    for (; begin < end; begin++)
+        if (ctx->set.mask[begin]) next[begin] = all[begin];
 }
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)

@@ -33,6 +33,9 @@
 #include "grid.h"
 #include "cells.h"
 #include "neighbors.h"
+#include "lanes.h"
+#include "lanes_rows.h"
+#include "lanes_relax.h"
 
 /* the stages, as a step runs them */
 #include "transform.h"

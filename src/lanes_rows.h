@@ -1,0 +1,187 @@
+/* lanes_rows.h - a row of eight voxels at a time: omega, eq. 23 and re-distancing. phi and omega point into tiles. */
+
+#if SPRINGLS__LANES
+
+SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
+{
+    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
+    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
+    d = springls__vec3_mad(d, along, -s);
+    return springls__vec3_dot(d, d);
+}
+
+/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
+SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
+{
+    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
+    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
+    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
+    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
+    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
+                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
+                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
+    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
+}
+
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, int x, int y, int z, float *row)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z));
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        at.x = (float)x + springls__vec_load(ramp + i);
+        springls__vec_store(row + i, springls__vec_min(springls__vec_load(row + i), springls__tri_distance2_lanes(plan, at)));
+    }
+}
+
+typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
+
+SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
+{
+    springls__vec_cross7 v;
+    v.c = springls__vec_load(t);
+    v.xm = springls__vec_load(t - 1);
+    v.xp = springls__vec_load(t + 1);
+    v.ym = springls__vec_load(t - SPRINGLS__TILE);
+    v.yp = springls__vec_load(t + SPRINGLS__TILE);
+    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
+    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
+    return v;
+}
+
+/* f (phi - upwind neighbour) */
+SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
+SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
+    springls__vmask inside = springls__vec_abs(v.c) <= width;
+    springls__vec change;
+    if (!springls__vmask_any(inside)) {
+        springls__vec_store(out, v.c);
+        return;
+    }
+    o = springls__tile_cross_lanes(omega);
+    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
+           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
+           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
+    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+    springls__vec_store(out, springls__vec_select(inside, change, v.c));
+}
+
+SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
+}
+
+SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
+{
+    springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+    springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+    springls__vmask inside = v.c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
+{
+    springls__vec flat = springls__vec_abs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.5f * steep, steep, flat);
+    return slope * slope;
+}
+
+/* springls__interface_distance at the interface, phi within far_value elsewhere. */
+SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vmask crossed = springls__at_interface_lanes(v);
+    springls__vec g2, kept = springls__vec_clamp(v.c, -far_value, far_value);
+    if (springls__vmask_any(crossed)) {
+        g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+        kept = springls__vec_select(crossed, v.c / springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))), kept);
+    }
+    springls__vec_store(out, kept);
+}
+
+SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
+}
+
+SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
+{
+    const springls__vec zero = springls__vec_all(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
+}
+
+/* springls__redistance away from the interface, phi itself there. */
+SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vec d = springls__eikonal_lanes(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
+                                          springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp)),
+                                          springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
+    d = springls__vec_min(d, springls__vec_all(far_value));
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    springls__vec_store(out, springls__vec_select(springls__at_interface_lanes(v), v.c, d));
+}
+
+SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
+}
+
+#else
+
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, int x, int y, int z, float *row)
+{
+    int i;
+    for (i = 0; i < 8; i++)
+        row[i] = springls__min(row[i], springls__tri_distance2(*plan, springls__v3_make((float)(x + i), (float)y, (float)z)));
+}
+
+SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];
+    }
+}
+
+SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        out[i] = springls__at_interface(v) ? springls__interface_distance(v) : springls__clamp(v.c, -far_value, far_value);
+    }
+}
+
+SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        out[i] = springls__at_interface(v) ? v.c : springls__redistance(v, far_value);
+    }
+}
+
+#endif
