@@ -154,7 +154,7 @@ BENCH_HEADERS := $(wildcard tests/bench/*.h examples/common/*.h)
 build/bench/bench build/bench/paper: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -o $@ $(filter %.c,$^) build/libcommon.a $(EXAMPLE_LIBS)
 build/bench/bench: tests/bench/bench.c
-build/bench/paper: $(wildcard tests/bench/paper*.c)
+build/bench/paper: $(wildcard tests/bench/paper*.c) springls.h
 
 build/bench/%: tests/bench/%.c springls.h build/libcommon.a build/bench/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)

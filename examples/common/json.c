@@ -182,6 +182,20 @@ void json_bool(struct json_writer *json, const char *key, bool value)
     fputs(value ? "true" : "false", json->file);
 }
 
+void json_ready(struct json_writer *json, const char *key, const char *value)
+{
+    size_t length = value ? strlen(value) : 0;
+    while (length > 0 && value[length - 1] == '\n') {
+        --length;
+    }
+    before(json, key, false);
+    if (length > 0) {
+        fwrite(value, 1, length, json->file);
+    } else {
+        fputs("null", json->file);
+    }
+}
+
 void json_numbers(struct json_writer *json, const char *key, const double *values, size_t count)
 {
     json_array_begin(json, key);

@@ -36,6 +36,7 @@ void json_number(struct json_writer *json, const char *key, double value);
 void json_integer(struct json_writer *json, const char *key, int64_t value);
 void json_string(struct json_writer *json, const char *key, const char *text); /* NULL is written as null */
 void json_bool(struct json_writer *json, const char *key, bool value);
+void json_ready(struct json_writer *json, const char *key, const char *value); /* JSON already; NULL is written as null */
 void json_numbers(struct json_writer *json, const char *key, const double *values, size_t count);
 
 #endif

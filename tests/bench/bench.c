@@ -24,7 +24,6 @@ struct bench {
     struct run runs[MOST_RUNS];
     int run_count;
     double compile_seconds[2]; /* implementation, declarations */
-    FILE *json;
 };
 
 /* The next run of the list, named and ready for its command. */
@@ -176,23 +175,16 @@ static void threads(struct bench *bench, const struct run *one)
 
 static bool write_json(const struct bench *bench)
 {
-    FILE *file = fopen("build/bench/bench.json", "w");
-    if (!file) {
+    struct json_writer json;
+    if (!json_open(&json, "build/bench/bench.json")) {
         return false;
     }
-    fprintf(file, "{\n\"grid\": %d,\n", bench->grid);
-    for (int i = 0; i < 2; ++i) {
-        static const char *const names[2] = {"compile_implementation", "compile_declarations"};
-        fprintf(file, isfinite(bench->compile_seconds[i]) ? "\"%s_seconds\": %.4f,\n" : "\"%s_seconds\": null,\n", names[i],
-                bench->compile_seconds[i]);
-    }
-    fprintf(file, "\"runs\": {\n");
-    for (int i = 0; i < bench->run_count; ++i) {
-        fprintf(file, "\"%s\": %s%s\n", bench->runs[i].name, bench->runs[i].json ? bench->runs[i].json : "null",
-                i + 1 < bench->run_count ? "," : "");
-    }
-    fprintf(file, "}\n}\n");
-    return fclose(file) == 0;
+    json_object_begin(&json, NULL);
+    json_integer(&json, "grid", bench->grid);
+    json_number(&json, "compile_implementation_seconds", bench->compile_seconds[0]);
+    json_number(&json, "compile_declarations_seconds", bench->compile_seconds[1]);
+    runs_json(bench->runs, bench->run_count, &json);
+    return json_close(&json);
 }
 
 int main(void)

@@ -137,6 +137,7 @@ static void become(const struct run *run, const struct run_options *options)
     if (out < 0 || log < 0 || dup2(out, 1) < 0 || dup2(log, 2) < 0) {
         _exit(126);
     }
+    setenv("OMP_WAIT_POLICY", "passive", 0); /* spinning threads slow down a machine that has other work */
     execvp(argv[0], argv);
     fprintf(stderr, "cannot start %s: %s\n", argv[0], strerror(errno));
     _exit(127);
@@ -174,7 +175,8 @@ int runs_do(struct run *runs, int count, const struct run_options *options)
 {
     pid_t children[MOST_AT_ONCE];
     int which[MOST_AT_ONCE], running = 0, next = 0, failures = 0;
-    const int at_once = options->at_once < 1 ? 1 : options->at_once > MOST_AT_ONCE ? MOST_AT_ONCE : options->at_once;
+    const int wanted = options->at_once > 0 ? options->at_once : (int)sysconf(_SC_NPROCESSORS_ONLN);
+    const int at_once = wanted < 1 ? 1 : wanted > MOST_AT_ONCE ? MOST_AT_ONCE : wanted;
     if (!make_folder(options->folder)) {
         fprintf(stderr, "cannot make the folder %s\n", options->folder);
         return count;
@@ -227,6 +229,15 @@ void runs_free(struct run *runs, int count)
         free(runs[i].json);
         runs[i].json = NULL;
     }
+}
+
+void runs_json(const struct run *runs, int count, struct json_writer *json)
+{
+    json_object_begin(json, "runs");
+    for (int i = 0; i < count; ++i) {
+        json_ready(json, runs[i].name, runs[i].json);
+    }
+    json_object_end(json);
 }
 
 /* ---- reading ---- */
@@ -285,6 +296,23 @@ double run_number(const struct run *run, const char *key)
     }
     const double number = at ? strtod(at, &end) : NAN;
     return at && end != at ? number : NAN;
+}
+
+int run_numbers(const struct run *run, const char *key, double *values, int most)
+{
+    const char *at = value_of(run, key);
+    int count = 0;
+    for (at = at && *at == '[' ? at + 1 : NULL; at && count < most; ++count) {
+        char *end;
+        at += strspn(at, " \t\r\n");
+        values[count] = strncmp(at, "null", 4) == 0 ? NAN : strtod(at, &end);
+        if (isfinite(values[count]) && end == at) {
+            break;
+        }
+        at += strcspn(at, ",]");
+        at = *at == ',' ? at + 1 : NULL;
+    }
+    return count;
 }
 
 bool run_text(const struct run *run, const char *key, char *text, size_t size)

@@ -5,6 +5,8 @@
 #ifndef BENCH_RUNS_H
 #define BENCH_RUNS_H
 
+#include "examples/common/json.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -20,7 +22,7 @@ struct run {
 struct run_options {
     const char *folder; /* made if need be, with its parents */
     const char *label;  /* for the progress lines on stderr; NULL = no such lines */
-    int at_once;        /* how many may run together; 1 while timing */
+    int at_once;        /* how many may run together: 1 while timing; 0 = one a processor */
     bool keep;          /* take NAME.json of before when the command is the same and the program older than it */
 };
 
@@ -32,9 +34,12 @@ void run_add(struct run *run, const char *format, ...); /* a blank and more word
 /* Does them all; the number of failures. A failure says so on stderr and names its log. */
 int runs_do(struct run *runs, int count, const struct run_options *options);
 void runs_free(struct run *runs, int count);
+/* The member "runs" of the object that is open: what each said, by its name; null when it failed. */
+void runs_json(const struct run *runs, int count, struct json_writer *json);
 
 /* A number of the object, or of an object in it ("seconds_stage.relax"). NAN: there is none. */
 double run_number(const struct run *run, const char *key);
+int run_numbers(const struct run *run, const char *key, double *values, int most); /* an array; how many there are */
 bool run_text(const struct run *run, const char *key, char *text, size_t size); /* "" and false: there is none */
 
 bool make_folder(const char *path); /* with its parents */

@@ -54,6 +54,22 @@ void table_print(const struct table *table, FILE *file)
     }
 }
 
+void table_json(const struct table *table, struct json_writer *json, const char *title)
+{
+    json_object_begin(json, NULL);
+    json_string(json, "title", title);
+    json_array_begin(json, "rows");
+    for (int r = 0; r < table->rows; ++r) {
+        json_array_begin(json, NULL);
+        for (int c = 0; c < table->columns; ++c) {
+            json_string(json, NULL, table->cells[r][c]);
+        }
+        json_array_end(json);
+    }
+    json_array_end(json);
+    json_object_end(json);
+}
+
 static char *next_text(void)
 {
     static char texts[32][TABLE_CELL];

@@ -2,6 +2,8 @@
 #ifndef BENCH_TABLE_H
 #define BENCH_TABLE_H
 
+#include "examples/common/json.h"
+
 #include <stdio.h>
 
 enum { TABLE_ROWS = 40, TABLE_COLUMNS = 16, TABLE_CELL = 96 };
@@ -19,6 +21,8 @@ void table_row(struct table *table, const char *format, ...)
 #endif
     ;
 void table_print(const struct table *table, FILE *file);
+/* An object of the array that is open: "title" and "rows", arrays of texts. */
+void table_json(const struct table *table, struct json_writer *json, const char *title);
 
 /* A number for a cell: "-" when it is not finite. Good until 32 more are asked for. */
 const char *cell(const char *format, double value);
