@@ -247,7 +247,7 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, sp
         g->top[list[i]] = slot;
         springls__fill(g->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
         springls__fill(g->phi_next, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->omega, slot, ctx->params.capture);
+        springls__fill(g->omega, slot, -1.0f); /* unknown */
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
     return SPRINGLS_OK;

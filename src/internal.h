@@ -60,7 +60,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     float *phi;             /* 512 a slot                                                                       */
     float *phi_next;
-    float *omega;           /* distance to the springls, clamped at params.capture                              */
+    float *omega;           /* distance to the springls, clamped at params.capture; below 0: unknown            */
     uint32_t *cell;         /* 513 a slot: springls of voxel cell c are ids[cell[c]] .. ids[cell[c+1]-1]        */
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                            */
     springls__buffer top_memory, slot_memory, active_memory, free_memory;

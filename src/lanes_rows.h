@@ -26,14 +26,19 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
     return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
 }
 
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, int x, int y, int z, float *row)
+/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z));
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + reach;
         at.x = (float)x + springls__vec_load(ramp + i);
-        springls__vec_store(row + i, springls__vec_min(springls__vec_load(row + i), springls__tri_distance2_lanes(plan, at)));
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
+        springls__vec_store(row + i, best);
     }
 }
 
@@ -150,11 +155,15 @@ SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, fl
 
 #else
 
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, int x, int y, int z, float *row)
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, float *row)
 {
     int i;
-    for (i = 0; i < 8; i++)
-        row[i] = springls__min(row[i], springls__tri_distance2(*plan, springls__v3_make((float)(x + i), (float)y, (float)z)));
+    for (i = 0; i < 8; i++) {
+        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
+        float within = row[i] + reach;
+        if (springls__length2(springls__sub(at, center)) >= within * within) continue;
+        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
+    }
 }
 
 SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)

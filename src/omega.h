@@ -61,7 +61,7 @@ SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
     int origin[3], i, y, z;
     uint32_t k;
     springls__slot_origin(g, g->active[index], origin);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture * capture;
+    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;
     for (k = ctx->cells.near_first[index]; k < ctx->cells.near_first[index + 1]; k++) {
         const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(s));
@@ -70,26 +70,41 @@ SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
         float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
         float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
+        float reach = s->reach * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
-                springls__omega_row(&plan, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = springls__sqrt(omega[i]);
+}
+
+/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__FN bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
 }
 
 SPRINGLS__FN void springls__omega_task(void *arg, int begin, int end)
 {
     const springls_context *ctx = (const springls_context *)arg;
-    for (; begin < end; begin++) springls__omega_brick(ctx, begin);
+    for (; begin < end; begin++)
+        if (springls__omega_unknown(&ctx->grid, ctx->grid.active[begin])) springls__omega_brick(ctx, begin);
 }
 
-/* omega afresh, unless nothing has moved. */
+/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
-    if (ctx->omega_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__near_build(ctx, ctx->params.capture));
-    springls__parallel(ctx, ctx->grid.active_count, 4, springls__omega_task, ctx);
+    springls__grid *g = &ctx->grid;
+    bool unknown = false;
+    int i;
+    for (i = 0; i < g->active_count; i++) {
+        if (!ctx->omega_fresh) g->omega[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS] = -1.0f;
+        unknown = unknown || springls__omega_unknown(g, g->active[i]);
+    }
+    if (unknown) {
+        SPRINGLS__TRY(springls__near_build(ctx, ctx->params.capture));
+        springls__parallel(ctx, g->active_count, 4, springls__omega_task, ctx);
+    }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
 }

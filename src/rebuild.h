@@ -97,7 +97,6 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     }
     springls__grid_drop_bricks(g, keep);
     ctx->cells_fresh = false; /* they live in the bricks */
-    ctx->omega_fresh = ctx->omega_fresh && missing == 0;
     return springls__grid_add_bricks(ctx, g, wanted, missing);
 }
 
