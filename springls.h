@@ -1543,29 +1543,37 @@ SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
 /* ======== >>rebuild  (kernels_embed/rebuild.h) ================================================================= */
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* True when a voxel and one of its six neighbours lie on different sides. */
-SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
+/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges
+   crosses the zero level, and at sharp edges and corners, where a voxel can be nearer than 1/sqrt(3) without (beside a plane it
+   cannot) and the way by the neighbours is too long. What is left alone of a part that has vanished has no near neighbour. */
+SPRINGLS__MATHS int springls__near_interface(springls__cross7 v, float d)
 {
     float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
     float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
+    int crossed = v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
+    float beside = v.c < 0.0f ? -hi : lo, c = springls__fabs(v.c);
+    return crossed || (c < 1.0f && springls__fabs(d) < 0.577f && beside < c + 0.25f);
 }
 
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). */
+/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
+   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
 SPRINGLS__MATHS float springls__slope2(float m, float c, float p)
 {
     float central = 0.5f * (p - m), left = c - m, right = p - c;
     float steep = springls__max(springls__fabs(left), springls__fabs(right));
     float flat = springls__fabs(central);
-    float slope = flat < 0.5f * steep ? steep : flat;
+    float slope = flat < 0.65f * steep ? steep : flat;
     return slope * slope;
 }
 
-/* Sub-voxel distance of a voxel at the interface: phi over its slope. */
+/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
+   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
 SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
 {
     float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
-    return v.c / springls__sqrt(springls__max(g2, 1e-4f));
+    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;
+    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
 }
 
 /* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
@@ -1581,7 +1589,7 @@ SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
     return d > c ? three : d;
 }
 
-/* New distance of a voxel away from the interface: all its neighbours lie on its side. */
+/* New distance of a voxel away from the interface. */
 SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)
 {
     float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
@@ -1854,7 +1862,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     float *phi;             /* 512 a slot                                                                       */
     float *phi_next;
-    float *omega;           /* distance to the springls, clamped at params.capture                              */
+    float *omega;           /* distance to the springls, clamped at params.capture; below 0: unknown            */
     uint32_t *cell;         /* 513 a slot: springls of voxel cell c are ids[cell[c]] .. ids[cell[c+1]-1]        */
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                            */
     springls__buffer top_memory, slot_memory, active_memory, free_memory;
@@ -2561,7 +2569,7 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, sp
         g->top[list[i]] = slot;
         springls__fill(g->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
         springls__fill(g->phi_next, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->omega, slot, ctx->params.capture);
+        springls__fill(g->omega, slot, -1.0f); /* unknown */
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
     return SPRINGLS_OK;
@@ -3053,14 +3061,19 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
     return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
 }
 
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, int x, int y, int z, float *row)
+/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z));
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + reach;
         at.x = (float)x + springls__vec_load(ramp + i);
-        springls__vec_store(row + i, springls__vec_min(springls__vec_load(row + i), springls__tri_distance2_lanes(plan, at)));
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
+        springls__vec_store(row + i, best);
     }
 }
 
@@ -3109,31 +3122,39 @@ SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, flo
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
 }
 
-SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
+SPRINGLS__LANE springls__vmask springls__near_interface_lanes(springls__vec_cross7 v, springls__vec d)
 {
     springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
     springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
-    springls__vmask inside = v.c < 0.0f;
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+    springls__vmask inside = v.c < 0.0f, crossed = (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+    springls__vec beside = springls__vec_select(inside, -hi, lo), c = springls__vec_abs(v.c);
+    return crossed | ((c < 1.0f) & (springls__vec_abs(d) < 0.577f) & (beside < c + 0.25f));
 }
 
 SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
 {
     springls__vec flat = springls__vec_abs(0.5f * (p - m));
     springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.5f * steep, steep, flat);
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
     return slope * slope;
 }
 
-/* springls__interface_distance at the interface, phi within far_value elsewhere. */
+SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
+{
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
+}
+
+/* springls__interface_distance near the interface, phi within far_value elsewhere. */
 SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vmask crossed = springls__at_interface_lanes(v);
-    springls__vec g2, kept = springls__vec_clamp(v.c, -far_value, far_value);
-    if (springls__vmask_any(crossed)) {
-        g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
-        kept = springls__vec_select(crossed, v.c / springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))), kept);
+    springls__vec d, kept = springls__vec_clamp(v.c, -far_value, far_value);
+    if (springls__vmask_any(springls__near_interface_lanes(v, springls__vec_all(0.0f)))) {
+        d = springls__interface_distance_lanes(v);
+        kept = springls__vec_select(springls__near_interface_lanes(v, d), d, kept);
     }
     springls__vec_store(out, kept);
 }
@@ -3157,7 +3178,7 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-/* springls__redistance away from the interface, phi itself there. */
+/* springls__redistance away from the interface, phi itself near it. */
 SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
@@ -3166,7 +3187,7 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
                                           springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
     d = springls__vec_min(d, springls__vec_all(far_value));
     d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(springls__at_interface_lanes(v), v.c, d));
+    springls__vec_store(out, springls__vec_select(springls__near_interface_lanes(v, v.c), v.c, d));
 }
 
 SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
@@ -3177,11 +3198,15 @@ SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, fl
 
 #else
 
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, int x, int y, int z, float *row)
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, float *row)
 {
     int i;
-    for (i = 0; i < 8; i++)
-        row[i] = springls__min(row[i], springls__tri_distance2(*plan, springls__v3_make((float)(x + i), (float)y, (float)z)));
+    for (i = 0; i < 8; i++) {
+        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
+        float within = row[i] + reach;
+        if (springls__length2(springls__sub(at, center)) >= within * within) continue;
+        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
+    }
 }
 
 SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
@@ -3198,7 +3223,8 @@ SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, flo
     int i;
     for (i = 0; i < 8; i++) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        out[i] = springls__at_interface(v) ? springls__interface_distance(v) : springls__clamp(v.c, -far_value, far_value);
+        float d = springls__interface_distance(v);
+        out[i] = springls__near_interface(v, d) ? d : springls__clamp(v.c, -far_value, far_value);
     }
 }
 
@@ -3207,7 +3233,7 @@ SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, fl
     int i;
     for (i = 0; i < 8; i++) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        out[i] = springls__at_interface(v) ? v.c : springls__redistance(v, far_value);
+        out[i] = springls__near_interface(v, v.c) ? v.c : springls__redistance(v, far_value);
     }
 }
 
@@ -4201,7 +4227,7 @@ SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
     int origin[3], i, y, z;
     uint32_t k;
     springls__slot_origin(g, g->active[index], origin);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture * capture;
+    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;
     for (k = ctx->cells.near_first[index]; k < ctx->cells.near_first[index + 1]; k++) {
         const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(s));
@@ -4210,26 +4236,41 @@ SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
         float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
         float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
+        float reach = s->reach * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
-                springls__omega_row(&plan, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = springls__sqrt(omega[i]);
+}
+
+/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__FN bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
 }
 
 SPRINGLS__FN void springls__omega_task(void *arg, int begin, int end)
 {
     const springls_context *ctx = (const springls_context *)arg;
-    for (; begin < end; begin++) springls__omega_brick(ctx, begin);
+    for (; begin < end; begin++)
+        if (springls__omega_unknown(&ctx->grid, ctx->grid.active[begin])) springls__omega_brick(ctx, begin);
 }
 
-/* omega afresh, unless nothing has moved. */
+/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
-    if (ctx->omega_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__near_build(ctx, ctx->params.capture));
-    springls__parallel(ctx, ctx->grid.active_count, 4, springls__omega_task, ctx);
+    springls__grid *g = &ctx->grid;
+    bool unknown = false;
+    int i;
+    for (i = 0; i < g->active_count; i++) {
+        if (!ctx->omega_fresh) g->omega[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS] = -1.0f;
+        unknown = unknown || springls__omega_unknown(g, g->active[i]);
+    }
+    if (unknown) {
+        SPRINGLS__TRY(springls__near_build(ctx, ctx->params.capture));
+        springls__parallel(ctx, g->active_count, 4, springls__omega_task, ctx);
+    }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
 }
@@ -4436,7 +4477,6 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     }
     springls__grid_drop_bricks(g, keep);
     ctx->cells_fresh = false; /* they live in the bricks */
-    ctx->omega_fresh = ctx->omega_fresh && missing == 0;
     return springls__grid_add_bricks(ctx, g, wanted, missing);
 }
 
@@ -4506,7 +4546,6 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 {
     if (!ctx->params.project_level_set) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__near_build(ctx, 1.6f)); /* the band has moved: lists follow its bricks */
-    ctx->omega_fresh = false;
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
     springls__commit_phi(ctx);
     springls__redistance_sweeps(ctx, 2);
@@ -8106,29 +8145,37 @@ static const char *const springls__kernel_lines[] = {
     "#line 1544 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
-    "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
-    "SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)\n",
+    "/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges\n",
+    "   crosses the zero level, and at sharp edges and corners, where a voxel can be nearer than 1/sqrt(3) without (beside a plane it\n",
+    "   cannot) and the way by the neighbours is too long. What is left alone of a part that has vanished has no near neighbour. */\n",
+    "SPRINGLS__MATHS int springls__near_interface(springls__cross7 v, float d)\n",
     "{\n",
     "    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
     "    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
-    "    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
+    "    int crossed = v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
+    "    float beside = v.c < 0.0f ? -hi : lo, c = springls__fabs(v.c);\n",
+    "    return crossed || (c < 1.0f && springls__fabs(d) < 0.577f && beside < c + 0.25f);\n",
     "}\n",
     "\n",
-    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). */\n",
+    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
+    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
     "SPRINGLS__MATHS float springls__slope2(float m, float c, float p)\n",
     "{\n",
     "    float central = 0.5f * (p - m), left = c - m, right = p - c;\n",
     "    float steep = springls__max(springls__fabs(left), springls__fabs(right));\n",
     "    float flat = springls__fabs(central);\n",
-    "    float slope = flat < 0.5f * steep ? steep : flat;\n",
+    "    float slope = flat < 0.65f * steep ? steep : flat;\n",
     "    return slope * slope;\n",
     "}\n",
     "\n",
-    "/* Sub-voxel distance of a voxel at the interface: phi over its slope. */\n",
+    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
+    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
     "SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)\n",
     "{\n",
     "    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
-    "    return v.c / springls__sqrt(springls__max(g2, 1e-4f));\n",
+    "    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;\n",
+    "    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
+    "    return v.c / (1.0f + share * excess);\n",
     "}\n",
     "\n",
     "/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
@@ -8144,7 +8191,7 @@ static const char *const springls__kernel_lines[] = {
     "    return d > c ? three : d;\n",
     "}\n",
     "\n",
-    "/* New distance of a voxel away from the interface: all its neighbours lie on its side. */\n",
+    "/* New distance of a voxel away from the interface. */\n",
     "SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)\n",
     "{\n",
     "    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
@@ -8153,7 +8200,7 @@ static const char *const springls__kernel_lines[] = {
     "    d = springls__min(d, far_value);\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1595 \"springls.h\"\n",
+    "#line 1603 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -8182,7 +8229,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1625 \"springls.h\"\n",
+    "#line 1633 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8322,7 +8369,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1766 \"springls.h\"\n",
+    "#line 1774 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

@@ -1,28 +1,36 @@
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* True when a voxel and one of its six neighbours lie on different sides. */
-SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
+/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges
+   crosses the zero level, and at sharp edges and corners, where a voxel can be nearer than 1/sqrt(3) without (beside a plane it
+   cannot) and the way by the neighbours is too long. What is left alone of a part that has vanished has no near neighbour. */
+SPRINGLS__MATHS int springls__near_interface(springls__cross7 v, float d)
 {
     float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
     float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
+    int crossed = v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
+    float beside = v.c < 0.0f ? -hi : lo, c = springls__fabs(v.c);
+    return crossed || (c < 1.0f && springls__fabs(d) < 0.577f && beside < c + 0.25f);
 }
 
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). */
+/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
+   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
 SPRINGLS__MATHS float springls__slope2(float m, float c, float p)
 {
     float central = 0.5f * (p - m), left = c - m, right = p - c;
     float steep = springls__max(springls__fabs(left), springls__fabs(right));
     float flat = springls__fabs(central);
-    float slope = flat < 0.5f * steep ? steep : flat;
+    float slope = flat < 0.65f * steep ? steep : flat;
     return slope * slope;
 }
 
-/* Sub-voxel distance of a voxel at the interface: phi over its slope. */
+/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
+   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
 SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
 {
     float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
-    return v.c / springls__sqrt(springls__max(g2, 1e-4f));
+    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;
+    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
 }
 
 /* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
@@ -38,7 +46,7 @@ SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
     return d > c ? three : d;
 }
 
-/* New distance of a voxel away from the interface: all its neighbours lie on its side. */
+/* New distance of a voxel away from the interface. */
 SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)
 {
     float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),

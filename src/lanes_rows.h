@@ -87,31 +87,39 @@ SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, flo
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
 }
 
-SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
+SPRINGLS__LANE springls__vmask springls__near_interface_lanes(springls__vec_cross7 v, springls__vec d)
 {
     springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
     springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
-    springls__vmask inside = v.c < 0.0f;
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+    springls__vmask inside = v.c < 0.0f, crossed = (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+    springls__vec beside = springls__vec_select(inside, -hi, lo), c = springls__vec_abs(v.c);
+    return crossed | ((c < 1.0f) & (springls__vec_abs(d) < 0.577f) & (beside < c + 0.25f));
 }
 
 SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
 {
     springls__vec flat = springls__vec_abs(0.5f * (p - m));
     springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.5f * steep, steep, flat);
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
     return slope * slope;
 }
 
-/* springls__interface_distance at the interface, phi within far_value elsewhere. */
+SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
+{
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
+}
+
+/* springls__interface_distance near the interface, phi within far_value elsewhere. */
 SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vmask crossed = springls__at_interface_lanes(v);
-    springls__vec g2, kept = springls__vec_clamp(v.c, -far_value, far_value);
-    if (springls__vmask_any(crossed)) {
-        g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
-        kept = springls__vec_select(crossed, v.c / springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))), kept);
+    springls__vec d, kept = springls__vec_clamp(v.c, -far_value, far_value);
+    if (springls__vmask_any(springls__near_interface_lanes(v, springls__vec_all(0.0f)))) {
+        d = springls__interface_distance_lanes(v);
+        kept = springls__vec_select(springls__near_interface_lanes(v, d), d, kept);
     }
     springls__vec_store(out, kept);
 }
@@ -135,7 +143,7 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-/* springls__redistance away from the interface, phi itself there. */
+/* springls__redistance away from the interface, phi itself near it. */
 SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
@@ -144,7 +152,7 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
                                           springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
     d = springls__vec_min(d, springls__vec_all(far_value));
     d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(springls__at_interface_lanes(v), v.c, d));
+    springls__vec_store(out, springls__vec_select(springls__near_interface_lanes(v, v.c), v.c, d));
 }
 
 SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
@@ -180,7 +188,8 @@ SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, flo
     int i;
     for (i = 0; i < 8; i++) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        out[i] = springls__at_interface(v) ? springls__interface_distance(v) : springls__clamp(v.c, -far_value, far_value);
+        float d = springls__interface_distance(v);
+        out[i] = springls__near_interface(v, d) ? d : springls__clamp(v.c, -far_value, far_value);
     }
 }
 
@@ -189,7 +198,7 @@ SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, fl
     int i;
     for (i = 0; i < 8; i++) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        out[i] = springls__at_interface(v) ? v.c : springls__redistance(v, far_value);
+        out[i] = springls__near_interface(v, v.c) ? v.c : springls__redistance(v, far_value);
     }
 }
 
