@@ -1378,12 +1378,18 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Quadratic with ten neighbours or more, planar with four or more. */
+/* Quadratic with ten neighbours or more, planar with four or more. Where all of them lie to one side, at the rim of a wide
+   hole, a height would be a guess: the place stays. */
 SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 {
     springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
     if (fit.count < 4) result.ok = 0;
     else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    if (u * u + v * v > w * w) {
+        result.point = fit.origin;
+        result.normal = fit.n;
+    }
     return result;
 }
 
@@ -7985,15 +7991,21 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* Quadratic with ten neighbours or more, planar with four or more. */\n",
+    "/* Quadratic with ten neighbours or more, planar with four or more. Where all of them lie to one side, at the rim of a wide\n",
+    "   hole, a height would be a guess: the place stays. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
     "{\n",
     "    springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
+    "    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];\n",
     "    if (fit.count < 4) result.ok = 0;\n",
     "    else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
+    "    if (u * u + v * v > w * w) {\n",
+    "        result.point = fit.origin;\n",
+    "        result.normal = fit.n;\n",
+    "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1391 \"springls.h\"\n",
+    "#line 1397 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8001,7 +8013,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1400 \"springls.h\"\n",
+    "#line 1406 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */\n",
@@ -8054,7 +8066,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1454 \"springls.h\"\n",
+    "#line 1460 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8087,7 +8099,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1488 \"springls.h\"\n",
+    "#line 1494 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8142,7 +8154,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1544 \"springls.h\"\n",
+    "#line 1550 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges\n",
@@ -8200,7 +8212,7 @@ static const char *const springls__kernel_lines[] = {
     "    d = springls__min(d, far_value);\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1603 \"springls.h\"\n",
+    "#line 1609 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -8229,7 +8241,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1633 \"springls.h\"\n",
+    "#line 1639 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8369,7 +8381,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1774 \"springls.h\"\n",
+    "#line 1780 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

@@ -105,11 +105,17 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     return result;
 }
 
-/* Quadratic with ten neighbours or more, planar with four or more. */
+/* Quadratic with ten neighbours or more, planar with four or more. Where all of them lie to one side, at the rim of a wide
+   hole, a height would be a guess: the place stays. */
 SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 {
     springls__fit_result result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
     if (fit.count < 4) result.ok = 0;
     else if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    if (u * u + v * v > w * w) {
+        result.point = fit.origin;
+        result.normal = fit.n;
+    }
     return result;
 }

@@ -133,6 +133,28 @@ TEST sphere_is_found(void)
     PASS();
 }
 
+/* Neighbours that all lie further than 1.5 voxels to one side tell the correspondence, but no place. */
+TEST a_rim_gives_no_place(void)
+{
+    int i, k;
+    fixture_seed(86);
+    for (i = 0; i < 100; i++) {
+        patch s = random_patch(1);
+        springls__fit fit = springls__fit_begin(d3_float(s.origin), d3_float(s.n), springls__v3_make(11.0f, 11.5f, 12.5f));
+        springls__fit_result r;
+        for (k = 0; k < 15; k++) {
+            double u = 1.6 + 0.2 * (k % 3), v = 0.3 * (k / 3 - 2);
+            fit = springls__fit_add(fit, d3_float(patch_point(&s, u, v)), d3_float(s.n), d3_float(patch_a(&s, u, v)));
+        }
+        ASSERT_EQ(15, fit.count);
+        r = springls__fit_end(fit);
+        ASSERT(r.ok);
+        ASSERT_EQ(0.0, d3_distance(d3_of(r.point), d3_of(fit.origin)));
+        ASSERT_LT(d3_distance(patch_a(&s, 0.0, 0.0), d3_of(r.a)), 2e-3);
+    }
+    PASS();
+}
+
 SUITE(fit)
 {
     RUN_TEST(quadratics_are_exact);
@@ -140,6 +162,7 @@ SUITE(fit)
     RUN_TEST(poor_neighbourhoods_are_refused);
     RUN_TEST(others_do_not_count);
     RUN_TEST(sphere_is_found);
+    RUN_TEST(a_rim_gives_no_place);
 }
 
 GREATEST_MAIN_DEFS();
