@@ -25,9 +25,10 @@
      >>constellation        src/constellation.h
      >>grid                 src/grid.h
      >>cells                src/cells.h
-     >>neighbors            src/neighbors.h
      >>lanes                src/lanes.h
+     >>lanes_neighbors      src/lanes_neighbors.h
      >>lanes_rows           src/lanes_rows.h
+     >>neighbors            src/neighbors.h
      >>lanes_relax          src/lanes_relax.h
      >>transform            src/transform.h
      >>advect               src/advect.h
@@ -857,8 +858,13 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #endif
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__CONST static const
+  /* floorf: a function call where the target has no instruction for it, and called everywhere. */
+  SPRINGLS__MATHS float springls__floor(float x)
+  {
+      float whole = fabsf(x) < 8388608.0f ? (float)(int)x : x;
+      return whole > x ? whole - 1.0f : whole;
+  }
   #define springls__sqrt(x)   sqrtf(x)
-  #define springls__floor(x)  floorf(x)
   #define springls__fabs(x)   fabsf(x)
 #endif
 
@@ -1856,7 +1862,8 @@ typedef struct springls__constellation {
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
 enum { SPRINGLS__BRICK = 8, SPRINGLS__BRICK_VOXELS = 512, SPRINGLS__OUTSIDE = 0, SPRINGLS__INSIDE = 1,
-       SPRINGLS__FIRST_SLOT = 2, SPRINGLS__CELLS = 513 };
+       SPRINGLS__FIRST_SLOT = 2,
+       SPRINGLS__CELL = 2, SPRINGLS__CELLS = 65 }; /* a cell of springls is two voxels wide; 64 a brick, and one more */
 
 typedef struct springls__grid {
     int size[3];            /* voxels                                                                           */
@@ -1869,13 +1876,13 @@ typedef struct springls__grid {
     float *phi;             /* 512 a slot                                                                       */
     float *phi_next;
     float *omega;           /* distance to the springls, clamped at params.capture; below 0: unknown            */
-    uint32_t *cell;         /* 513 a slot: springls of voxel cell c are ids[cell[c]] .. ids[cell[c+1]-1]        */
+    uint32_t *cell;         /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1]             */
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                            */
     springls__buffer top_memory, slot_memory, active_memory, free_memory;
     springls__buffer phi_memory, next_memory, omega_memory, cell_memory;
 } springls__grid;
 
-/* Springls by voxel cell of their particle (cells.h), and by brick they come near (omega.h). */
+/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
 typedef struct springls__cells {
     uint32_t *ids;          /* ascending within a cell                                                          */
     uint32_t *near_first;   /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1                   */
@@ -2614,13 +2621,19 @@ SPRINGLS__FN springls_status springls__grid_copy_phi(springls_context *ctx, spri
 }
 
 /* ======== >>cells  (src/cells.h) =============================================================================== */
-/* cells.h - the hash grid (section 4.8): springls by the voxel cell of their particle, by counting sort. Deterministic:
-   ids ascend within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
+/* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
+   within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
    so that one huge triangle does not widen every search. */
 
 SPRINGLS__FN int springls__cell_coordinate(float x, int size)
 {
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
+}
+
+/* The cell of a voxel within its brick. */
+SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
+{
+    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
 /* Bricks under all particles. */
@@ -2669,7 +2682,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
             continue;
         }
         cells->reach = springls__max(cells->reach, s[i].reach);
-        key[i] = (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__CELLS + (size_t)springls__voxel_in_brick(x, y, z) + 1;
+        key[i] = (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__CELLS + (size_t)springls__cell_in_brick(x, y, z) + 1;
         g->cell[key[i]]++;
     }
     for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
@@ -2702,9 +2715,9 @@ SPRINGLS__FN springls__cell_walk springls__cell_walk_begin(const springls_contex
     const springls__grid *g = &ctx->grid;
     walk.g = g;
     walk.cells = &ctx->cells;
-    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]);
-    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]);
-    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]);
+    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
+    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
+    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
     walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
     walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
     walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
@@ -2728,14 +2741,15 @@ SPRINGLS__FN int springls__cell_walk_next(springls__cell_walk *walk)
         }
         last = springls__imin(walk->x | 7, walk->hi[0]);
         cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
-        walk->next = cell[springls__voxel_in_brick(walk->x, walk->y, walk->z)];
-        walk->end = cell[springls__voxel_in_brick(last, walk->y, walk->z) + 1];
+        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
+        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
         walk->x = last + 1;
         if (walk->x > walk->hi[0]) {
             walk->x = walk->lo[0];
-            if (++walk->y > walk->hi[1]) {
+            walk->y += SPRINGLS__CELL;
+            if (walk->y > walk->hi[1]) {
                 walk->y = walk->lo[1];
-                walk->z++;
+                walk->z += SPRINGLS__CELL;
             }
         }
     }
@@ -2749,88 +2763,6 @@ SPRINGLS__FN springls__cell_walk springls__cell_walk_around(const springls_conte
     float r = radius + ctx->cells.reach;
     return springls__cell_walk_begin(ctx, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
                                      springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
-}
-
-/* ======== >>neighbors  (src/neighbors.h) ======================================================================= */
-/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
-   closest edge of each, nearest first, ties by id. */
-
-enum { SPRINGLS__NEIGHBOR_ROW = 3 * SPRINGLS__MAX_NEIGHBORS };
-
-/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
-SPRINGLS__FN int springls__insert_nearest(float *d2s, int *codes, int length, int room, float d2, int code)
-{
-    int i = length;
-    while (i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code))) i--;
-    if (i >= room) return length;
-    if (length < room) length++;
-    memmove(d2s + i + 1, d2s + i, (size_t)(length - 1 - i) * sizeof *d2s);
-    memmove(codes + i + 1, codes + i, (size_t)(length - 1 - i) * sizeof *codes);
-    d2s[i] = d2;
-    codes[i] = code;
-    return length;
-}
-
-/* row[8 m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
-SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, int *row)
-{
-    const springls__springl *all = ctx->set.s, *self = &all[n];
-    const float radius = ctx->params.neighbor_radius, radius2 = radius * radius;
-    const int room = ctx->params.max_neighbors;
-    springls__v3 lower, upper, normal = springls__springl_normal(self);
-    springls__cell_walk walk;
-    float d2s[SPRINGLS__NEIGHBOR_ROW];
-    int length[3] = { 0, 0, 0 }, other, m, e;
-    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
-    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
-    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
-    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));
-    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));
-    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));
-    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));
-    walk = springls__cell_walk_around(ctx, lower, upper, radius);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *o = &all[other];
-        float within = radius + o->reach;
-        if (other == n) continue;
-        if (springls__length2(springls__sub(o->p, self->p)) > (within + self->reach) * (within + self->reach)) continue;
-        if (ctx->params.relax_same_side && springls__dot(normal, springls__springl_normal(o)) <= 0.0f) continue;
-        for (m = 0; m < 3; m++) {
-            springls__v3 q = self->q[m];
-            float best = radius2;
-            int edge = -1;
-            if (springls__length2(springls__sub(o->p, q)) > within * within) continue;
-            for (e = 0; e < 3; e++) {
-                springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-                float d2 = springls__segment_distance2(q, a, ab, o->inverse_edge2[e]);
-                if (d2 < best) {
-                    best = d2;
-                    edge = e;
-                }
-            }
-            if (edge >= 0)
-                length[m] = springls__insert_nearest(d2s + 8 * m, row + 8 * m, length[m], room, best, 3 * other + edge);
-        }
-    }
-}
-
-SPRINGLS__FN void springls__neighbors_task(void *arg, int begin, int end)
-{
-    const springls_context *ctx = (const springls_context *)arg;
-    int *rows = (int *)ctx->neighbors.data;
-    for (; begin < end; begin++) springls__find_neighbors(ctx, begin, rows + (size_t)begin * SPRINGLS__NEIGHBOR_ROW);
-}
-
-/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
-   for the same reason); the closest points slide along their edges meanwhile. */
-SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
-{
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->params.resample_period) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->neighbors, (size_t)ctx->set.count + 1, SPRINGLS__NEIGHBOR_ROW * sizeof(int), 0));
-    springls__parallel(ctx, ctx->set.count, 64, springls__neighbors_task, ctx);
-    ctx->neighbors_age = 0;
-    return SPRINGLS_OK;
 }
 
 /* ======== >>lanes  (src/lanes.h) =============================================================================== */
@@ -3036,13 +2968,6 @@ SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)
 
 SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }
 
-#endif
-
-/* ======== >>lanes_rows  (src/lanes_rows.h) ===================================================================== */
-/* lanes_rows.h - a row of eight voxels at a time: omega, eq. 23 and re-distancing. phi and omega point into tiles. */
-
-#if SPRINGLS__LANES
-
 SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
 {
     springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
@@ -3050,6 +2975,67 @@ SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x,
     d = springls__vec3_mad(d, along, -s);
     return springls__vec3_dot(d, d);
 }
+
+#endif
+
+/* ======== >>lanes_neighbors  (src/lanes_neighbors.h) =========================================================== */
+/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
+
+#if SPRINGLS__LANES
+
+/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
+   squared; else -1. */
+SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const springls__v3 *q, float radius2, float d2[3], int edge[3])
+{
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    springls__vec3 at;
+    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
+    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
+    int e, m;
+    at.x = springls__vec_load(x);
+    at.y = springls__vec_load(y);
+    at.z = springls__vec_load(z);
+    for (e = 0; e < 3; e++) {
+        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
+        springls__vmask nearer = d < best;
+        best = springls__vec_select(nearer, d, best);
+        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
+    }
+    springls__vec_store(d2s, best);
+    springls__vec_store(edges, found);
+    for (m = 0; m < 3; m++) {
+        d2[m] = d2s[m];
+        edge[m] = (int)edges[m];
+    }
+}
+
+#else
+
+/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
+   squared; else -1. */
+SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const springls__v3 *q, float radius2, float d2[3], int edge[3])
+{
+    int e, m;
+    for (m = 0; m < 3; m++) {
+        d2[m] = radius2;
+        edge[m] = -1;
+        for (e = 0; e < 3; e++) {
+            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);
+            if (d >= d2[m]) continue;
+            d2[m] = d;
+            edge[m] = e;
+        }
+    }
+}
+
+#endif
+
+/* ======== >>lanes_rows  (src/lanes_rows.h) ===================================================================== */
+/* lanes_rows.h - a row of eight voxels at a time: omega, eq. 23 and re-distancing. phi and omega point into tiles. */
+
+#if SPRINGLS__LANES
 
 /* springls__tri_distance2 at x, x + (1, 0, 0), ... */
 SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
@@ -3188,12 +3174,14 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
 SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec d = springls__eikonal_lanes(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
-                                          springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp)),
-                                          springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
-    d = springls__vec_min(d, springls__vec_all(far_value));
+    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
+    springls__vec d = springls__vec_all(far_value);
+    springls__vmask kept = springls__near_interface_lanes(v, v.c);
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(springls__near_interface_lanes(v, v.c), v.c, d));
+    springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
 
 SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
@@ -3244,6 +3232,76 @@ SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, fl
 }
 
 #endif
+
+/* ======== >>neighbors  (src/neighbors.h) ======================================================================= */
+/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
+   closest edge of each, nearest first, ties by id. */
+
+enum { SPRINGLS__NEIGHBOR_ROW = 3 * SPRINGLS__MAX_NEIGHBORS };
+
+/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
+SPRINGLS__FN int springls__insert_nearest(float *d2s, int *codes, int length, int room, float d2, int code)
+{
+    int i = length;
+    while (i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code))) i--;
+    if (i >= room) return length;
+    if (length < room) length++;
+    memmove(d2s + i + 1, d2s + i, (size_t)(length - 1 - i) * sizeof *d2s);
+    memmove(codes + i + 1, codes + i, (size_t)(length - 1 - i) * sizeof *codes);
+    d2s[i] = d2;
+    codes[i] = code;
+    return length;
+}
+
+/* row[8 m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
+SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, int *row)
+{
+    const springls__springl *all = ctx->set.s, *self = &all[n];
+    const float radius = ctx->params.neighbor_radius, radius2 = radius * radius;
+    const int room = ctx->params.max_neighbors;
+    springls__v3 lower, upper, normal = springls__springl_normal(self);
+    springls__cell_walk walk;
+    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];
+    int length[3] = { 0, 0, 0 }, edge[3], other, m;
+    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
+    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
+    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
+    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));
+    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));
+    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));
+    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));
+    walk = springls__cell_walk_around(ctx, lower, upper, radius);
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *o = &all[other];
+        float within = radius + o->reach + self->reach;
+        if (other == n) continue;
+        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
+        if (ctx->params.relax_same_side && springls__dot(normal, springls__springl_normal(o)) <= 0.0f) continue;
+        springls__nearest_edges(o, self->q, radius2, d2, edge);
+        for (m = 0; m < 3; m++)
+            if (edge[m] >= 0)
+                length[m] = springls__insert_nearest(d2s + 8 * m, row + 8 * m, length[m], room, d2[m], 3 * other + edge[m]);
+    }
+}
+
+SPRINGLS__FN void springls__neighbors_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    int *rows = (int *)ctx->neighbors.data;
+    for (; begin < end; begin++) springls__find_neighbors(ctx, begin, rows + (size_t)begin * SPRINGLS__NEIGHBOR_ROW);
+}
+
+/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
+   for the same reason); the closest points slide along their edges meanwhile. */
+SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
+{
+    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->params.resample_period) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__grow(ctx, &ctx->neighbors, (size_t)ctx->set.count + 1, SPRINGLS__NEIGHBOR_ROW * sizeof(int), 0));
+    springls__parallel(ctx, ctx->set.count, 64, springls__neighbors_task, ctx);
+    ctx->neighbors_age = 0;
+    return SPRINGLS_OK;
+}
 
 /* ======== >>lanes_relax  (src/lanes_relax.h) =================================================================== */
 /* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
@@ -7451,7 +7509,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 835 \"springls.h\"\n",
+    "#line 836 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7477,13 +7535,18 @@ static const char *const springls__kernel_lines[] = {
     "  #endif\n",
     "  #define SPRINGLS__GLOBAL\n",
     "  #define SPRINGLS__CONST static const\n",
+    "  /* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
+    "  SPRINGLS__MATHS float springls__floor(float x)\n",
+    "  {\n",
+    "      float whole = fabsf(x) < 8388608.0f ? (float)(int)x : x;\n",
+    "      return whole > x ? whole - 1.0f : whole;\n",
+    "  }\n",
     "  #define springls__sqrt(x)   sqrtf(x)\n",
-    "  #define springls__floor(x)  floorf(x)\n",
     "  #define springls__fabs(x)   fabsf(x)\n",
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 868 \"springls.h\"\n",
+    "#line 874 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7618,7 +7681,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1004 \"springls.h\"\n",
+    "#line 1010 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -7685,7 +7748,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1072 \"springls.h\"\n",
+    "#line 1078 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -7717,7 +7780,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal);\n",
     "    return springls__fabs(along) > 0.05f && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1105 \"springls.h\"\n",
+    "#line 1111 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -7815,7 +7878,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1204 \"springls.h\"\n",
+    "#line 1210 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -7851,7 +7914,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1241 \"springls.h\"\n",
+    "#line 1247 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -7883,7 +7946,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1274 \"springls.h\"\n",
+    "#line 1280 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8005,7 +8068,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1397 \"springls.h\"\n",
+    "#line 1403 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8013,7 +8076,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1406 \"springls.h\"\n",
+    "#line 1412 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */\n",
@@ -8066,7 +8129,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1460 \"springls.h\"\n",
+    "#line 1466 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8099,7 +8162,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1494 \"springls.h\"\n",
+    "#line 1500 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8154,7 +8217,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1550 \"springls.h\"\n",
+    "#line 1556 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges\n",
@@ -8212,7 +8275,7 @@ static const char *const springls__kernel_lines[] = {
     "    d = springls__min(d, far_value);\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1609 \"springls.h\"\n",
+    "#line 1615 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -8241,7 +8304,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1639 \"springls.h\"\n",
+    "#line 1645 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8381,7 +8444,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1780 \"springls.h\"\n",
+    "#line 1786 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

@@ -23,8 +23,13 @@
   #endif
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__CONST static const
+  /* floorf: a function call where the target has no instruction for it, and called everywhere. */
+  SPRINGLS__MATHS float springls__floor(float x)
+  {
+      float whole = fabsf(x) < 8388608.0f ? (float)(int)x : x;
+      return whole > x ? whole - 1.0f : whole;
+  }
   #define springls__sqrt(x)   sqrtf(x)
-  #define springls__floor(x)  floorf(x)
   #define springls__fabs(x)   fabsf(x)
 #endif
 

@@ -1,10 +1,16 @@
-/* cells.h - the hash grid (section 4.8): springls by the voxel cell of their particle, by counting sort. Deterministic:
-   ids ascend within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
+/* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
+   within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
    so that one huge triangle does not widen every search. */
 
 SPRINGLS__FN int springls__cell_coordinate(float x, int size)
 {
     return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
+}
+
+/* The cell of a voxel within its brick. */
+SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
+{
+    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
 /* Bricks under all particles. */
@@ -53,7 +59,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
             continue;
         }
         cells->reach = springls__max(cells->reach, s[i].reach);
-        key[i] = (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__CELLS + (size_t)springls__voxel_in_brick(x, y, z) + 1;
+        key[i] = (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__CELLS + (size_t)springls__cell_in_brick(x, y, z) + 1;
         g->cell[key[i]]++;
     }
     for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
@@ -86,9 +92,9 @@ SPRINGLS__FN springls__cell_walk springls__cell_walk_begin(const springls_contex
     const springls__grid *g = &ctx->grid;
     walk.g = g;
     walk.cells = &ctx->cells;
-    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]);
-    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]);
-    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]);
+    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
+    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
+    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
     walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
     walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
     walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
@@ -112,14 +118,15 @@ SPRINGLS__FN int springls__cell_walk_next(springls__cell_walk *walk)
         }
         last = springls__imin(walk->x | 7, walk->hi[0]);
         cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
-        walk->next = cell[springls__voxel_in_brick(walk->x, walk->y, walk->z)];
-        walk->end = cell[springls__voxel_in_brick(last, walk->y, walk->z) + 1];
+        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
+        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
         walk->x = last + 1;
         if (walk->x > walk->hi[0]) {
             walk->x = walk->lo[0];
-            if (++walk->y > walk->hi[1]) {
+            walk->y += SPRINGLS__CELL;
+            if (walk->y > walk->hi[1]) {
                 walk->y = walk->lo[1];
-                walk->z++;
+                walk->z += SPRINGLS__CELL;
             }
         }
     }

@@ -48,7 +48,8 @@ typedef struct springls__constellation {
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
 enum { SPRINGLS__BRICK = 8, SPRINGLS__BRICK_VOXELS = 512, SPRINGLS__OUTSIDE = 0, SPRINGLS__INSIDE = 1,
-       SPRINGLS__FIRST_SLOT = 2, SPRINGLS__CELLS = 513 };
+       SPRINGLS__FIRST_SLOT = 2,
+       SPRINGLS__CELL = 2, SPRINGLS__CELLS = 65 }; /* a cell of springls is two voxels wide; 64 a brick, and one more */
 
 typedef struct springls__grid {
     int size[3];            /* voxels                                                                           */
@@ -61,13 +62,13 @@ typedef struct springls__grid {
     float *phi;             /* 512 a slot                                                                       */
     float *phi_next;
     float *omega;           /* distance to the springls, clamped at params.capture; below 0: unknown            */
-    uint32_t *cell;         /* 513 a slot: springls of voxel cell c are ids[cell[c]] .. ids[cell[c+1]-1]        */
+    uint32_t *cell;         /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1]             */
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                            */
     springls__buffer top_memory, slot_memory, active_memory, free_memory;
     springls__buffer phi_memory, next_memory, omega_memory, cell_memory;
 } springls__grid;
 
-/* Springls by voxel cell of their particle (cells.h), and by brick they come near (omega.h). */
+/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
 typedef struct springls__cells {
     uint32_t *ids;          /* ascending within a cell                                                          */
     uint32_t *near_first;   /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1                   */

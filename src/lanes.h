@@ -200,4 +200,12 @@ SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)
 
 SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }
 
+SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
+{
+    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
+    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
+    d = springls__vec3_mad(d, along, -s);
+    return springls__vec3_dot(d, d);
+}
+
 #endif

@@ -2,14 +2,6 @@
 
 #if SPRINGLS__LANES
 
-SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
-{
-    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
-    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
-    d = springls__vec3_mad(d, along, -s);
-    return springls__vec3_dot(d, d);
-}
-
 /* springls__tri_distance2 at x, x + (1, 0, 0), ... */
 SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
 {
@@ -147,12 +139,14 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
 SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec d = springls__eikonal_lanes(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
-                                          springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp)),
-                                          springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
-    d = springls__vec_min(d, springls__vec_all(far_value));
+    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
+    springls__vec d = springls__vec_all(far_value);
+    springls__vmask kept = springls__near_interface_lanes(v, v.c);
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(springls__near_interface_lanes(v, v.c), v.c, d));
+    springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
 
 SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)

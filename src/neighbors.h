@@ -25,8 +25,8 @@ SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, i
     const int room = ctx->params.max_neighbors;
     springls__v3 lower, upper, normal = springls__springl_normal(self);
     springls__cell_walk walk;
-    float d2s[SPRINGLS__NEIGHBOR_ROW];
-    int length[3] = { 0, 0, 0 }, other, m, e;
+    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];
+    int length[3] = { 0, 0, 0 }, edge[3], other, m;
     for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
     lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
     lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
@@ -37,26 +37,14 @@ SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, i
     walk = springls__cell_walk_around(ctx, lower, upper, radius);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &all[other];
-        float within = radius + o->reach;
+        float within = radius + o->reach + self->reach;
         if (other == n) continue;
-        if (springls__length2(springls__sub(o->p, self->p)) > (within + self->reach) * (within + self->reach)) continue;
+        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
         if (ctx->params.relax_same_side && springls__dot(normal, springls__springl_normal(o)) <= 0.0f) continue;
-        for (m = 0; m < 3; m++) {
-            springls__v3 q = self->q[m];
-            float best = radius2;
-            int edge = -1;
-            if (springls__length2(springls__sub(o->p, q)) > within * within) continue;
-            for (e = 0; e < 3; e++) {
-                springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-                float d2 = springls__segment_distance2(q, a, ab, o->inverse_edge2[e]);
-                if (d2 < best) {
-                    best = d2;
-                    edge = e;
-                }
-            }
-            if (edge >= 0)
-                length[m] = springls__insert_nearest(d2s + 8 * m, row + 8 * m, length[m], room, best, 3 * other + edge);
-        }
+        springls__nearest_edges(o, self->q, radius2, d2, edge);
+        for (m = 0; m < 3; m++)
+            if (edge[m] >= 0)
+                length[m] = springls__insert_nearest(d2s + 8 * m, row + 8 * m, length[m], room, d2[m], 3 * other + edge[m]);
     }
 }
 

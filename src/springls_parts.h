@@ -32,9 +32,10 @@
 #include "constellation.h"
 #include "grid.h"
 #include "cells.h"
-#include "neighbors.h"
 #include "lanes.h"
+#include "lanes_neighbors.h"
 #include "lanes_rows.h"
+#include "neighbors.h"
 #include "lanes_relax.h"
 
 /* the stages, as a step runs them */
