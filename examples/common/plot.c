@@ -110,30 +110,63 @@ static void draw_axes(struct image *image, const struct plot *plot, const struct
     }
 }
 
-/* The corner of the plot where the fewest points lie takes the legend: returns 0..3 (bit 0 right, bit 1 bottom). */
-static int emptiest_corner(const struct plot *plot, const struct axis *x, const struct axis *y, float width,
-                           float height)
+/* A legend: where, and how large. */
+struct legend {
+    int rows, corner; /* bit 0 right, bit 1 bottom */
+    float width, height;
+};
+
+enum { LEGEND_ROW = 18, LEGEND_GAP = 8 };
+
+static struct legend measure_legend(const struct plot *plot)
 {
-    int best = 1;
-    size_t fewest = (size_t)-1;
-    static const int order[4] = {1, 0, 3, 2};
-    for (int k = 0; k < 4; ++k) {
-        const int corner = order[k];
-        size_t inside = 0;
-        for (int s = 0; s < plot->series_count; ++s) {
-            for (size_t i = 0; i < plot->series[s].count; ++i) {
-                const float px = axis_pixel(x, plot->series[s].x[i]), py = axis_pixel(y, plot->series[s].y[i]);
-                const bool in_x = corner & 1 ? px > x->pixel_hi - width : px < x->pixel_lo + width;
-                const bool in_y = corner & 2 ? py > y->pixel_lo - height : py < y->pixel_hi + height;
-                inside += in_x && in_y;
-            }
-        }
-        if (inside < fewest) {
-            fewest = inside;
-            best = corner;
+    struct legend legend = {0, 1, 0.0f, 0.0f};
+    for (int s = 0; s < plot->series_count; ++s) {
+        if (plot->series[s].label) {
+            legend.width = fmaxf(legend.width, image_text_width(8.5f, plot->series[s].label) + 52.0f);
+            ++legend.rows;
         }
     }
-    return best;
+    legend.height = (float)(LEGEND_ROW * legend.rows) + 10.0f;
+    return legend;
+}
+
+/* Would a legend in this corner hide a point, or a line between two? */
+static bool hides(const struct plot *plot, const struct axis *x, const struct axis *y, const struct legend *legend,
+                  int corner)
+{
+    enum { PIECES = 16 };
+    const float width = legend->width + 12.0f, height = legend->height + 12.0f;
+    for (int s = 0; s < plot->series_count; ++s) {
+        const struct plot_series *series = &plot->series[s];
+        for (size_t i = 0; i < series->count; ++i) {
+            const size_t before = i > 0 && !series->no_line ? i - 1 : i;
+            const float qx = axis_pixel(x, series->x[before]), qy = axis_pixel(y, series->y[before]);
+            const float dx = axis_pixel(x, series->x[i]) - qx, dy = axis_pixel(y, series->y[i]) - qy;
+            for (int k = 1; k <= PIECES; ++k) {
+                const float px = qx + dx * (float)k / PIECES, py = qy + dy * (float)k / PIECES;
+                const bool in_x = corner & 1 ? px > x->pixel_hi - width : px < x->pixel_lo + width;
+                const bool in_y = corner & 2 ? py > y->pixel_lo - height : py < y->pixel_hi + height;
+                if (in_x && in_y) {
+                    return true;
+                }
+            }
+        }
+    }
+    return false;
+}
+
+/* Chooses a corner where nothing is hidden; false when there is none. */
+static bool find_corner(const struct plot *plot, const struct axis *x, const struct axis *y, struct legend *legend)
+{
+    static const int order[4] = {1, 0, 3, 2};
+    for (int k = 0; k < 4; ++k) {
+        if (!hides(plot, x, y, legend, order[k])) {
+            legend->corner = order[k];
+            return true;
+        }
+    }
+    return false;
 }
 
 static void draw_sample(struct image *image, const struct plot_series *s, float x, float y)
@@ -147,30 +180,18 @@ static void draw_sample(struct image *image, const struct plot_series *s, float 
     }
 }
 
-static void draw_legend(struct image *image, const struct plot *plot, const struct axis *x, const struct axis *y)
+static void draw_legend(struct image *image, const struct plot *plot, const struct legend *legend, const struct axis *x,
+                        const struct axis *y)
 {
-    float width = 0.0f, row = 18.0f;
-    int count = 0;
-    for (int s = 0; s < plot->series_count; ++s) {
-        if (plot->series[s].label) {
-            width = fmaxf(width, image_text_width(8.5f, plot->series[s].label) + 52.0f);
-            ++count;
-        }
-    }
-    if (count == 0) {
-        return;
-    }
-    const float height = row * (float)count + 10.0f;
-    const int corner = emptiest_corner(plot, x, y, width + 12.0f, height + 12.0f);
-    const float left = corner & 1 ? x->pixel_hi - width - 8.0f : x->pixel_lo + 8.0f;
-    float top = corner & 2 ? y->pixel_lo - height - 8.0f : y->pixel_hi + 8.0f;
-    image_rect(image, left, top, left + width, top + height, PAPER, 0.85f);
-    image_frame(image, left, top, left + width, top + height, 1.0f, GRID);
+    const float left = legend->corner & 1 ? x->pixel_hi - legend->width - LEGEND_GAP : x->pixel_lo + LEGEND_GAP;
+    float top = legend->corner & 2 ? y->pixel_lo - legend->height - LEGEND_GAP : y->pixel_hi + LEGEND_GAP;
+    image_rect(image, left, top, left + legend->width, top + legend->height, PAPER, 0.85f);
+    image_frame(image, left, top, left + legend->width, top + legend->height, 1.0f, GRID);
     for (int s = 0; s < plot->series_count; ++s) {
         if (plot->series[s].label) {
             draw_sample(image, &plot->series[s], left + 8.0f, top + 14.0f);
             image_text(image, left + 42.0f, top + 18.0f, 8.5f, 0.0f, INK, plot->series[s].label);
-            top += row;
+            top += LEGEND_ROW;
         }
     }
 }
@@ -200,12 +221,19 @@ bool plot_render(const struct plot *plot, int width, int height, struct image *r
         || !image_create(result, width, height, PAPER)) {
         return false;
     }
-    axis_finish(&x, width / 90);
-    axis_finish(&y, height / 60);
     x.pixel_lo = MARGIN_LEFT;
     x.pixel_hi = (float)(width - MARGIN_RIGHT);
     y.pixel_lo = (float)(height - MARGIN_BOTTOM);
     y.pixel_hi = MARGIN_TOP;
+    struct legend legend = measure_legend(plot);
+    struct axis higher = y; /* with room for the legend above all data */
+    higher.hi += (y.hi - y.lo) * (double)(legend.height / fmaxf(1.0f, y.pixel_lo - y.pixel_hi - legend.height));
+    axis_finish(&x, width / 90);
+    axis_finish(&y, height / 60);
+    if (legend.rows > 0 && !find_corner(plot, &x, &y, &legend)) {
+        axis_finish(&higher, height / 60);
+        y = higher;
+    }
     draw_axes(result, plot, &x, &y);
     for (int s = 0; s < plot->series_count; ++s) {
         const struct plot_series *series = &plot->series[s];
@@ -226,7 +254,9 @@ bool plot_render(const struct plot *plot, int width, int height, struct image *r
             }
         }
     }
-    draw_legend(result, plot, &x, &y);
+    if (legend.rows > 0) {
+        draw_legend(result, plot, &legend, &x, &y);
+    }
     return true;
 }
 

@@ -17,7 +17,8 @@
 
 enum { METHODS = 3, MEMORY_ROWS = 3, MOST_RUNS = 16 };
 static const char *const folder = "build/bench/runs";
-static const char *const method_names[METHODS] = {"springls, paper's parameters", "springls, default parameters", "OpenVDB level set"};
+static const char *const method_names[METHODS] = {"springls, paper's parameters", "springls, default parameters",
+                                                   "OpenVDB level set"};
 
 struct bench {
     int grid;
@@ -51,11 +52,11 @@ static void problem_row(struct table *table, const struct run *run, const char *
         return;
     }
     table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", method, cell("%.1f s", seconds), cell("%.1f s", run->cpu),
-              cell("%.2f x", seconds_of_openvdb / seconds), cell("%+.2f %%", run_number(run, "volume_change_percent")),
-              cell("%+.2f %%", run_number(run, "volume_error_percent")),
+              cell("%.2f x", seconds_of_openvdb / seconds), run_cell(run, "%+.2f %%", "volume_change_percent"),
+              run_cell(run, "%+.2f %%", "volume_error_percent"),
               cell2("%.3f / %.2f", run_number(run, "surface_mean"), run_number(run, "surface_max")),
               tracks ? cell2("%.3f / %.2f", run_number(run, "tracking_mean"), run_number(run, "tracking_max")) : "cannot",
-              cell("%.0f", run_number(run, "components")), cell("%.0f MiB", run_number(run, "peak_rss_mib")));
+              run_cell(run, "%.0f", "components"), run_cell(run, "%.0f MiB", "peak_rss_mib"));
 }
 
 /* The three methods one after the other on one problem. Its runs are the list's last three afterwards. */
@@ -70,16 +71,16 @@ static void compare_on(struct bench *bench, const char *problem, const char *len
         snprintf(name, sizeof name, "%s_%s", problem, names[m]);
         struct run *run = new_run(bench, name, bench->grid);
         if (m < 2) {
-            run_command(run, "build/%s --grid %d --params %s %s %s --threads 1 --quiet --json -", problem, bench->grid, names[m],
-                        option, length);
+            run_command(run, "build/%s --grid %d --params %s %s %s --threads 1 --quiet --json -", problem, bench->grid,
+                        names[m], option, length);
         } else {
             run_command(run, "build/bench/openvdb_advection %s %d %s", problem, bench->grid, length);
         }
         execute(run);
     }
     table_begin(&table);
-    table_row(&table, "%s %d^3, %s %s|time|processor|against OpenVDB|volume change|volume error|surface mean / max|tracking mean / max|"
-                      "parts|peak memory", problem, bench->grid, option + 2, length);
+    table_row(&table, "%s %d^3, %s %s|time|processor|against OpenVDB|volume change|volume error|surface mean / max|"
+                      "tracking mean / max|parts|peak memory", problem, bench->grid, option + 2, length);
     for (int m = 0; m < METHODS; ++m) {
         problem_row(&table, first + m, method_names[m], run_number(first + 2, "seconds_total"));
     }
@@ -109,13 +110,14 @@ static void compile_times(struct bench *bench)
     static struct table table;
     char command[400];
     double empty;
-    snprintf(command, sizeof command, "echo '#include <stdio.h>' | %s -std=c99 -O2 -x c -c -o build/bench/empty.o -", compiler);
-    empty = fastest_of(5, command);
-    snprintf(command, sizeof command, "echo '#include \"springls.h\"' | %s -std=c99 -O2 -I. -DSPRINGLS_IMPLEMENTATION -x c -c "
-                                      "-o build/bench/implementation.o -", compiler);
-    bench->compile_seconds[0] = fastest_of(2, command);
-    snprintf(command, sizeof command, "echo '#include \"springls.h\"' | %s -std=c99 -O2 -I. -x c -c -o build/bench/declarations.o -",
+    snprintf(command, sizeof command, "echo '#include <stdio.h>' | %s -std=c99 -O2 -x c -c -o build/bench/empty.o -",
              compiler);
+    empty = fastest_of(5, command);
+    snprintf(command, sizeof command, "echo '#include \"springls.h\"' | %s -std=c99 -O2 -I. -DSPRINGLS_IMPLEMENTATION "
+                                      "-x c -c -o build/bench/implementation.o -", compiler);
+    bench->compile_seconds[0] = fastest_of(2, command);
+    snprintf(command, sizeof command, "echo '#include \"springls.h\"' | %s -std=c99 -O2 -I. -x c -c "
+                                      "-o build/bench/declarations.o -", compiler);
     bench->compile_seconds[1] = fastest_of(5, command);
     table_begin(&table);
     table_row(&table, "compiling springls.h, %s -O2|time|wanted", compiler);
@@ -141,10 +143,10 @@ static void memory(struct bench *bench)
         struct run *run = new_run(bench, "memory", grids[i]);
         run_command(run, "build/bench/memory %d %s", grids[i], radii[i]);
         execute(run);
-        table_row(&table, "%d^3, radius %s|%s|%s|%s|%s|%s|%s|%s", grids[i], radii[i], cell("%.0f", run_number(run, "springls")),
-                  cell("%.0f", run_number(run, "bricks")), cell("%.2f MiB", run_number(run, "empty_mib")),
-                  cell("%.1f MiB", run_number(run, "model_mib")), cell("%.1f MiB", run_number(run, "peak_rss_mib")),
-                  cell("%.2f s", run_number(run, "seconds_total")), wanted[i]);
+        table_row(&table, "%d^3, radius %s|%s|%s|%s|%s|%s|%s|%s", grids[i], radii[i], run_cell(run, "%.0f", "springls"),
+                  run_cell(run, "%.0f", "bricks"), run_cell(run, "%.2f MiB", "empty_mib"),
+                  run_cell(run, "%.1f MiB", "model_mib"), run_cell(run, "%.1f MiB", "peak_rss_mib"),
+                  run_cell(run, "%.2f s", "seconds_total"), wanted[i]);
     }
     table_print(&table, stdout);
     printf("\n");
@@ -166,9 +168,10 @@ static void threads(struct bench *bench, const struct run *one)
     const double seconds_one = run_number(one, "seconds_total"), seconds_two = run_number(two, "seconds_total");
     table_begin(&table);
     table_row(&table, "leveque %d^3, default parameters|time|speed-up|result", bench->grid);
-    table_row(&table, "%s thread|%s||%s", cell("%.0f", run_number(one, "threads")), cell("%.1f s", seconds_one), hash_one);
-    table_row(&table, "%s threads|%s|%s|%s", cell("%.0f", run_number(two, "threads")), cell("%.1f s", seconds_two),
-              cell("%.2f x", seconds_one / seconds_two), hash_one[0] && strcmp(hash_one, hash_two) == 0 ? "the same bits" : "DIFFERENT");
+    table_row(&table, "%s thread|%s||%s", run_cell(one, "%.0f", "threads"), cell("%.1f s", seconds_one), hash_one);
+    table_row(&table, "%s threads|%s|%s|%s", run_cell(two, "%.0f", "threads"), cell("%.1f s", seconds_two),
+              cell("%.2f x", seconds_one / seconds_two),
+              hash_one[0] && strcmp(hash_one, hash_two) == 0 ? "the same bits" : "DIFFERENT");
     table_print(&table, stdout);
     fflush(stdout);
 }
@@ -196,9 +199,10 @@ int main(void)
         fprintf(stderr, "bench: GRID must be between 16 and 1024\n");
         return 2;
     }
-    printf("One thread each unless said otherwise; lengths in voxels. Time is the wall's, processor time that of the whole process\n"
-           "with set-up and measuring: where the two differ much, something else was running. Surface and volume are those of each\n"
-           "method's own mesh; volume error is against the exact shape, volume change against the mesh at the start.\n\n");
+    printf("One thread each unless said otherwise; lengths in voxels. Time is the wall's, processor time that of the whole\n"
+           "process with set-up and measuring: where the two differ much, something else was running. Surface and volume are\n"
+           "those of each method's own mesh; volume error is against the exact shape, volume change against the mesh at the\n"
+           "start.\n\n");
     fflush(stdout);
     compile_times(&bench);
     memory(&bench);

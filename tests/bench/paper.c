@@ -51,14 +51,16 @@ static struct run *find_run(struct paper *paper, const char *name, bool *is_new)
     return run;
 }
 
-int paper_leveque(struct paper *paper, int grid, double period, const char *set, const char *name, const char *extra, int threads)
+int paper_leveque(struct paper *paper, int grid, double period, const char *set, const char *name, const char *extra,
+                  int threads)
 {
     char full_name[RUN_NAME];
     bool is_new;
     snprintf(full_name, sizeof full_name, "leveque_%d_%g_%s%s", grid, period, set, name);
     struct run *run = find_run(paper, full_name, &is_new);
     if (is_new) {
-        run_command(run, "build/leveque --grid %d --period %g --params %s --threads %d --quiet --json -", grid, period, set, threads);
+        run_command(run, "build/leveque --grid %d --period %g --params %s --threads %d --quiet --json -", grid, period, set,
+                    threads);
         run_add(run, "--series %s/runs/%s.csv", paper_folder, full_name);
         if (extra[0]) {
             run_add(run, "%s", extra);
@@ -148,6 +150,7 @@ void paper_picture(struct paper *paper, struct image *image, const char *name, c
     paper_path(path, name);
     if (image->rgb && image_write_png(image, path)) {
         printf("%s\n-> %s\n", caption, path);
+        fflush(stdout);
         fprintf(paper->markdown, "![%s](%s)\n\n%s\n", name, name, caption);
     } else {
         fprintf(stderr, "paper: cannot draw %s\n", path);
@@ -175,17 +178,18 @@ static void say_deviations(struct paper *paper)
     paper_heading(paper, "Deviations of the paper's parameter set from the paper's text");
     for (const char *line = from ? strchr(from, '\n') : NULL; line && line < to; line = strchr(line + 1, '\n')) {
         const char *begin = line + 1 + strspn(line + 1, " ");
-        paper_say(paper, "%s%.*s\n", strncmp(begin, "- ", 2) == 0 || *begin == '\n' ? "" : "  ", (int)strcspn(begin, "\n"), begin);
+        const bool is_first = strncmp(begin, "- ", 2) == 0 || *begin == '\n';
+        paper_say(paper, "%s%.*s\n", is_first ? "" : "  ", (int)strcspn(begin, "\n"), begin);
     }
     if (!to) {
         paper_say(paper, "springls.h has no such chapter.\n");
         ++paper->failures;
     }
     free(text);
-    paper_say(paper, "The paper leaves open, and we chose: Zalesak's body has the proportions of Enright et al. 2002 (radius 0.15, slot 0.05\n"
-                     "wide and 0.125 deep); LeVeque's test takes T N / 0.64 steps, which gives the paper's counts of iterations; volume is\n"
-                     "that of the welded zero level; `half_time_sampling` repeats the author's program, whose Runge-Kutta stages sample\n"
-                     "half a step of the reversing flow, so that even exact particles end 0.33 voxel from their start.\n");
+    paper_say(paper, "\nThe paper leaves open, and we chose: Zalesak's body has the proportions of Enright et al. 2002 (radius 0.15,\n"
+                     "slot 0.05 wide and 0.125 deep); LeVeque's test takes T N / 0.64 steps, which gives the paper's counts of\n"
+                     "iterations; volume is that of the welded zero level; `half_time_sampling` repeats the author's program, whose\n"
+                     "Runge-Kutta stages sample half a step of the reversing flow, so that even exact particles do not return.\n");
 }
 
 /* Tables go to paper.json as they are made, runs at the end. */
@@ -275,10 +279,10 @@ int main(int argc, char **argv)
     }
     const double start = elapsed_seconds();
     paper_say(&paper, "# Spring Level Sets: the paper's results and ours\n\n"
-                      "Lengths are voxels; errors are means +- deviations over all springls at the end. deformation: distance from the exact\n"
-                      "shape; tracking: distance from the place of origin; at half time: tracking at t = T/2, by carrying the place of origin\n"
-                      "there with the exact flow, which gives no credit for errors that the reversed flow takes back. The paper ran on 8 cores\n"
-                      "(two Xeon E5630 of 2010) through OpenCL; our rows say how many threads they had.\n");
+                      "Lengths are voxels; errors are means +- deviations over all springls at the end. deformation: distance from\n"
+                      "the exact shape; tracking: distance from the place of origin; at half time: tracking at t = T/2, by carrying\n"
+                      "the place of origin there with the exact flow, which gives no credit for errors that the reversed flow takes\n"
+                      "back. The paper ran on 8 cores (two Xeon E5630) through OpenCL; our rows say how many threads they had.\n");
     for (int p = 0; p < PART_COUNT; ++p) {
         if (wanted[p]) {
             const double before = elapsed_seconds();

@@ -34,7 +34,8 @@ int paper_grid(const struct paper *paper, int grid);
 
 /* The number of a run in the list: of before when it has been asked for already, else new, to be done by paper_do.
    `extra` is a word without blanks for the name and more options ("" for none); threads 0 = all. */
-int paper_leveque(struct paper *paper, int grid, double period, const char *set, const char *name, const char *extra, int threads);
+int paper_leveque(struct paper *paper, int grid, double period, const char *set, const char *name, const char *extra,
+                  int threads);
 int paper_zalesak(struct paper *paper, int grid, const char *set, int threads);
 int paper_turns(struct paper *paper, int grid, int turns, const char *set);
 void paper_do(struct paper *paper, const char *label, int at_once); /* PAPER_ALONE or PAPER_TOGETHER */

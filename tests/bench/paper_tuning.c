@@ -15,7 +15,7 @@ static const char *const w_names[W_COUNT] = {"W_a = x", "W_b = atanh(x)", "W_c, 
 
 static const char *pair_name(int pair, char text[64])
 {
-    snprintf(text, 64, "H_%c with W_%c", "ab"[pair / W_COUNT], "abcd"[pair % W_COUNT]);
+    snprintf(text, 64, "H_%c, W_%c", "ab"[pair / W_COUNT], "abcd"[pair % W_COUNT]);
     return text;
 }
 
@@ -57,8 +57,10 @@ void paper_fig8(struct paper *paper)
 /* The text names neither the ranges nor the steps of the figure's axes; these enclose the chosen 0.3 and 5. */
 enum { KAPPAS = 5, LAMBDAS = 4, CELLS = KAPPAS * LAMBDAS, METRICS = 4, CHOSEN_CELL = 2 + 2 * KAPPAS };
 static const double kappas[KAPPAS] = {0.03, 0.1, 0.3, 1.0, 3.0}, lambdas[LAMBDAS] = {1.0, 2.0, 5.0, 10.0};
-static const char *const kappa_names[KAPPAS] = {"0.03", "0.1", "0.3", "1", "3"}, *const lambda_names[LAMBDAS] = {"1", "2", "5", "10"};
-static const char *const metric_names[METRICS] = {"deformation error", "tracking error", "springls, mean", "springls added and removed"};
+static const char *const kappa_names[KAPPAS] = {"0.03", "0.1", "0.3", "1", "3"};
+static const char *const lambda_names[LAMBDAS] = {"1", "2", "5", "10"};
+static const char *const metric_names[METRICS] = {"deformation error", "tracking error", "1000 springls, mean",
+                                                  "1000 added and removed"};
 
 struct sweep {
     int runs[PAIRS][CELLS];
@@ -67,25 +69,29 @@ struct sweep {
 
 static void do_sweep(struct paper *paper, int grid, double period, struct sweep *sweep)
 {
-    const int failures = paper->failures;
+    const int failures_before = paper->failures;
+    fprintf(stderr, "Some of these choices lose all springls; their runs fail and become empty cells.\n");
     for (int pair = 0; pair < PAIRS; ++pair) {
         for (int c = 0; c < CELLS; ++c) {
             char name[60], set[120];
             const double kappa = kappas[c % KAPPAS], lambda = lambdas[c / KAPPAS];
             snprintf(name, sizeof name, "_H%d_W%d_%g_%g", pair / W_COUNT, pair % W_COUNT, kappa, lambda);
-            snprintf(set, sizeof set, "--set threshold=%d,weight=%d,kappa_int=%g,sharpness=%g", pair / W_COUNT, pair % W_COUNT, kappa, lambda);
+            snprintf(set, sizeof set, "--set threshold=%d,weight=%d,kappa_int=%g,sharpness=%g", pair / W_COUNT,
+                     pair % W_COUNT, kappa, lambda);
             sweep->runs[pair][c] = paper_leveque(paper, grid, period, "paper", name, set, 1);
         }
     }
     paper_do(paper, "Fig. 11", PAPER_TOGETHER);
-    paper->failures = failures; /* a choice that loses all springls is a result here: an empty cell */
+    paper->failures = failures_before;
     for (int pair = 0; pair < PAIRS; ++pair) {
         for (int c = 0; c < CELLS; ++c) {
             const struct run *run = &paper->runs[sweep->runs[pair][c]];
+            paper->failures += !run->json && run->exit_status != 1; /* 1 is how a program says that a step failed */
             sweep->metrics[0][pair][c] = run_number(run, "deformation_mean");
             sweep->metrics[1][pair][c] = run_number(run, "tracking_mean");
-            sweep->metrics[2][pair][c] = run_number(run, "springls_mean");
-            sweep->metrics[3][pair][c] = run_number(run, "added") + run_number(run, "split") + run_number(run, "removed");
+            sweep->metrics[2][pair][c] = 1e-3 * run_number(run, "springls_mean");
+            sweep->metrics[3][pair][c] =
+                1e-3 * (run_number(run, "added") + run_number(run, "split") + run_number(run, "removed"));
             sweep->total[pair][c] = sweep->metrics[0][pair][c] + sweep->metrics[1][pair][c];
         }
     }
@@ -110,19 +116,24 @@ static int best_pair(const struct sweep *sweep, int c)
     return smallest(all, PAIRS);
 }
 
-/* What the glyphs mean: the shape is W's, the colour H's. */
-static void draw_pair_legend(struct image *image)
+/* The picture with, to its right, what the glyphs mean: the shape is W's, the colour H's. */
+static void add_pair_legend(struct image *image)
 {
-    char text[64];
+    struct image both;
     const struct color ink = color_rgb(0.15f, 0.15f, 0.18f);
-    if (!image_create(image, 190, 220, color_rgb(1.0f, 1.0f, 1.0f))) {
+    const float left = (float)image->width;
+    if (!image_create(&both, image->width + 150, image->height, color_rgb(1.0f, 1.0f, 1.0f))) {
         return;
     }
+    image_paste(&both, image, 0, 0);
     for (int pair = 0; pair < PAIRS; ++pair) {
-        const float y = 24.0f + 25.0f * (float)pair;
-        image_glyph(image, pair % W_COUNT, 24.0f, y, 8.0f, color_category(pair / W_COUNT));
-        image_text(image, 46.0f, y + 4.5f, 9.0f, 0.0f, ink, pair_name(pair, text));
+        char text[64];
+        const float y = 60.0f + 25.0f * (float)pair;
+        image_glyph(&both, pair % W_COUNT, left + 12.0f, y, 8.0f, color_category(pair / W_COUNT));
+        image_text(&both, left + 30.0f, y + 4.5f, 9.0f, 0.0f, ink, pair_name(pair, text));
     }
+    image_free(image);
+    *image = both;
 }
 
 static void draw_best(struct paper *paper, const struct sweep *sweep, const char *setting)
@@ -130,7 +141,7 @@ static void draw_best(struct paper *paper, const struct sweep *sweep, const char
     double least[CELLS];
     int shapes[CELLS], colors[CELLS];
     char title[120];
-    struct image images[2];
+    struct image image;
     for (int c = 0; c < CELLS; ++c) {
         const int pair = best_pair(sweep, c);
         least[c] = sweep->total[pair][c];
@@ -138,13 +149,16 @@ static void draw_best(struct paper *paper, const struct sweep *sweep, const char
         colors[c] = pair / W_COUNT;
     }
     snprintf(title, sizeof title, "Fig. 11: best pair, %s", setting);
-    const struct heat_map map = {.title = title, .row_label = "lambda_c", .column_label = "kappa_int", .value_label = "total error, voxels",
-                                 .rows = LAMBDAS, .columns = KAPPAS, .row_names = lambda_names, .column_names = kappa_names,
+    const struct heat_map map = {.title = title, .row_label = "lambda_c", .column_label = "kappa_int",
+                                 .value_label = "total error, voxels", .rows = LAMBDAS, .columns = KAPPAS,
+                                 .row_names = lambda_names, .column_names = kappa_names,
                                  .values = least, .glyph_shapes = shapes, .glyph_colors = colors};
-    heat_map_render(&map, 64, &images[0]);
-    draw_pair_legend(&images[1]);
-    paper_strip(paper, images, 2, 2, "fig11_tuning.png",
-                "Least total error (deformation + tracking) of the eight pairs of H and W; the glyph tells which pair has it. Dark is low.");
+    if (heat_map_render(&map, 64, &image)) {
+        add_pair_legend(&image);
+    }
+    paper_picture(paper, &image, "fig11_tuning.png",
+                  "Least total error (deformation + tracking) of the eight pairs of H and W; the glyph tells which pair has it.\n"
+                  "Dark is low.");
 }
 
 static void draw_metrics(struct paper *paper, const struct sweep *sweep)
@@ -162,13 +176,15 @@ static void draw_metrics(struct paper *paper, const struct sweep *sweep)
             ring[smallest(values, CELLS)] = 6;
             snprintf(title, sizeof title, "%s: %s", pair_name(pairs[k], name), metric_names[m]);
             const struct heat_map map = {.title = title, .row_label = "lambda_c", .column_label = "kappa_int",
-                                         .rows = LAMBDAS, .columns = KAPPAS, .row_names = lambda_names, .column_names = kappa_names,
+                                         .rows = LAMBDAS, .columns = KAPPAS, .row_names = lambda_names,
+                                         .column_names = kappa_names,
                                          .values = values, .glyph_shapes = ring, .print_values = true};
-            heat_map_render(&map, 56, &images[k * METRICS + m]);
+            heat_map_render(&map, 62, &images[k * METRICS + m]);
         }
     }
     paper_strip(paper, images, 2 * METRICS, METRICS, "fig12_metrics.png",
-                "Fig. 12: the four measures of section 5.2, above for H_a with W_a, below for H_b with W_a. A ring marks the least.");
+                "Fig. 12: the four measures of section 5.2, above for H_a with W_a, below for H_b with W_a. A ring marks the least,\n"
+                "which the foot of the bar names.");
 }
 
 static void pair_table(struct paper *paper, const struct sweep *sweep)
@@ -179,7 +195,8 @@ static void pair_table(struct paper *paper, const struct sweep *sweep)
         ++wins[best_pair(sweep, c)];
     }
     table_begin(&table);
-    table_row(&table, "pair|least total error|at kappa_int|at lambda_c|best pair in|total error at 0.3 and 5|volume there|runs that lost all springls");
+    table_row(&table, "pair|least total error|at kappa_int|at lambda_c|best pair in|total error at 0.3 and 5|volume there|"
+                      "runs that lost all springls");
     for (int pair = 0; pair < PAIRS; ++pair) {
         const int best = smallest(sweep->total[pair], CELLS);
         char name[64];
@@ -190,7 +207,7 @@ static void pair_table(struct paper *paper, const struct sweep *sweep)
         table_row(&table, "%s|%s|%s|%s|%d of %d|%s|%s|%d", pair_name(pair, name), cell("%.3f", sweep->total[pair][best]),
                   kappa_names[best % KAPPAS], lambda_names[best / KAPPAS], wins[pair], (int)CELLS,
                   cell("%.3f", sweep->total[pair][CHOSEN_CELL]),
-                  cell("%+.2f %%", run_number(&paper->runs[sweep->runs[pair][CHOSEN_CELL]], "volume_change_percent")), lost);
+                  run_cell(&paper->runs[sweep->runs[pair][CHOSEN_CELL]], "%+.2f %%", "volume_change_percent"), lost);
     }
     paper_table(paper, &table);
 }
@@ -204,8 +221,8 @@ void paper_fig11(struct paper *paper)
     do_sweep(paper, grid, period, &sweep);
     paper_heading(paper, "Figs. 11 and 12: choice of kappa_int, lambda_c, H and W");
     if (!paper->full) {
-        paper_say(paper, "LeVeque's test, %d^3 and T = %g; the paper: 128^3 and T = 2.5 (FULL=1), where the sheet at T/2 is about as thin in voxels.\n",
-                  grid, period);
+        paper_say(paper, "LeVeque's test, %d^3 and T = %g; the paper: 128^3 and T = 2.5 (FULL=1), where the sheet at T/2 is about\n"
+                         "as thin in voxels.\n", grid, period);
     }
     paper_say(paper, "The paper's text does not name the points of its sweep; ours are those of the pictures.\n\n");
     pair_table(paper, &sweep);

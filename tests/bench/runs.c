@@ -156,6 +156,7 @@ static void finish(struct run *run, const struct run_options *options, int statu
 {
     char path[PATH_SIZE];
     file_of(run, options, ".json", path);
+    run->exit_status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     if (status == 0) {
         run->json = read_whole_file(path);
     } else {

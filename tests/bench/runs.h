@@ -16,6 +16,7 @@ struct run {
     char name[RUN_NAME];
     char command[RUN_COMMAND]; /* words between single blanks; the first is the program's path */
     char *json;                /* NULL when it failed */
+    int exit_status;           /* -1: killed */
     double wall, cpu;          /* seconds from start to end, and of processor time; 0 when an earlier result was kept */
 };
 

@@ -89,6 +89,11 @@ const char *cell(const char *format, double value)
     return text;
 }
 
+const char *run_cell(const struct run *run, const char *format, const char *key)
+{
+    return cell(format, run_number(run, key));
+}
+
 const char *cell2(const char *format, double a, double b)
 {
     char *text = next_text();

@@ -2,7 +2,7 @@
 #ifndef BENCH_TABLE_H
 #define BENCH_TABLE_H
 
-#include "examples/common/json.h"
+#include "runs.h"
 
 #include <stdio.h>
 
@@ -26,6 +26,7 @@ void table_json(const struct table *table, struct json_writer *json, const char 
 
 /* A number for a cell: "-" when it is not finite. Good until 32 more are asked for. */
 const char *cell(const char *format, double value);
+const char *run_cell(const struct run *run, const char *format, const char *key); /* run_number's */
 const char *cell2(const char *format, double a, double b); /* mean +- deviation and the like */
 
 #endif
