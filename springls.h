@@ -12,6 +12,7 @@
      >>fit                  kernels_embed/fit.h
      >>track                kernels_embed/track.h
      >>omega                kernels_embed/omega.h
+     >>unsigned_to_signed   kernels_embed/unsigned_to_signed.h
      >>evolve               kernels_embed/evolve.h
      >>topology             kernels_embed/topology.h
      >>rebuild              kernels_embed/rebuild.h
@@ -130,7 +131,8 @@
 
      With resample_last = 1 (default set) contract and resample come after evolve and rebuild, before fill_gaps, and the
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
-     ends with phi taking the springls' oriented distance near them.
+     ends with phi taking the springls' oriented distance near them; and unsigned_to_signed lets springls say on which side
+     of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
@@ -508,7 +510,7 @@ typedef struct springls_params {
     float evolve_step;       /* delta t of eq. 23                                                               */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
-    int project_level_set;   /* 1: near springls phi is their oriented distance, to second order; 0: eq. 23 only */
+    int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -1460,6 +1462,17 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
     float face = height * height * plan.inverse_n2;
     float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
     return use_face > 0.0f ? face : edges;
+}
+
+/* ======== >>unsigned_to_signed  (kernels_embed/unsigned_to_signed.h) =========================================== */
+/* unsigned_to_signed.h - the side of the springls that a point lies on. */
+
+/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
+   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)
+{
+    float d2 = springls__tri_distance2(plan, x) + 0.01f;
+    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
 }
 
 /* ======== >>evolve  (kernels_embed/evolve.h) =================================================================== */
@@ -3033,7 +3046,7 @@ SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const spri
 #endif
 
 /* ======== >>lanes_rows  (src/lanes_rows.h) ===================================================================== */
-/* lanes_rows.h - a row of eight voxels at a time: omega, eq. 23 and re-distancing. phi and omega point into tiles. */
+/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
 
 #if SPRINGLS__LANES
 
@@ -3066,6 +3079,28 @@ SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__
         if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
         best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
         springls__vec_store(row + i, best);
+    }
+}
+
+/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
+   sphere is at most half a voxel further than the nearest springl. */
+SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                     const float *omega, float *side)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_load(ramp + i);
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
+        if (!springls__vmask_any(counts)) continue;
+        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
+        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
+        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
+        springls__vec_store(side + i, springls__vec_load(side + i) + height);
     }
 }
 
@@ -3200,6 +3235,17 @@ SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__
         float within = row[i] + reach;
         if (springls__length2(springls__sub(at, center)) >= within * within) continue;
         row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
+    }
+}
+
+SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                     const float *omega, float *side)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
+        float within = omega[i] + 0.5f + reach;
+        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
     }
 }
 
@@ -4796,7 +4842,8 @@ SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
 /* ======== >>unsigned_to_signed  (src/unsigned_to_signed.h) ===================================================== */
 /* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the whole border of
    the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. What it does not reach
-   is the object. */
+   is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
+   and hollows that the background cannot reach are outside as well. */
 
 /* Blocks closer than this to a springl stop the background. */
 static const float springls__shell = 1.5f;
@@ -4916,6 +4963,131 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     return springls__grid_add_bricks(ctx, g, list, (int)total);
 }
 
+/* Voxels that springls are near take the side of the nearest ones. */
+SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const springls__grid *g = &ctx->grid;
+    const float capture = ctx->params.capture;
+    float side[SPRINGLS__BRICK_VOXELS];
+    int y, z, v, o[3];
+    uint32_t k;
+    for (; begin < end; begin++) {
+        float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        const float *omega = g->omega + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        springls__slot_origin(g, g->active[begin], o);
+        memset(side, 0, sizeof side);
+        for (k = ctx->cells.near_first[begin]; k < ctx->cells.near_first[begin + 1]; k++) {
+            const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
+            springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(s));
+            float r = s->reach + capture;
+            int y0 = (int)springls__clamp(s->p.y - r - (float)o[1], 0.0f, 7.0f), y1 = (int)springls__clamp(s->p.y + r - (float)o[1], 0.0f, 7.0f);
+            int z0 = (int)springls__clamp(s->p.z - r - (float)o[2], 0.0f, 7.0f), z1 = (int)springls__clamp(s->p.z + r - (float)o[2], 0.0f, 7.0f);
+            for (z = z0; z <= z1; z++)
+                for (y = y0; y <= y1; y++)
+                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + 8 * y + 64 * z, side + 8 * y + 64 * z);
+        }
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+    }
+}
+
+/* A connected part of the foreground that no springl is near: the inside of the object, a hollow in it, a pocket with a
+   narrow entrance. It is on one side as a whole: that of most voxels around it. */
+typedef struct springls__region {
+    springls_context *ctx;
+    uint8_t *state;       /* of the bricks                                              */
+    int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
+    int64_t count, votes; /* votes: voxels around it that are outside less those inside */
+} springls__region;
+
+enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
+static const float springls__counted = -2.0f; /* a voxel that is            */
+
+SPRINGLS__FN bool springls__unsettled(const springls__region *r, int64_t v)
+{
+    const springls__grid *g = &r->ctx->grid;
+    return g->omega[v] >= r->ctx->params.capture && g->phi[v] < 0.0f && g->phi[v] != springls__counted;
+}
+
+SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int z)
+{
+    springls__grid *g = &r->ctx->grid;
+    int slot;
+    int64_t v;
+    if (!springls__grid_contains(g, x, y, z)) return;
+    slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) {
+        int brick = springls__brick_at(g, x, y, z);
+        if (r->state[brick] != SPRINGLS__OPEN) return;
+        r->state[brick] = SPRINGLS__COUNTED;
+        r->member[r->count++] = -1 - (int64_t)brick;
+        return;
+    }
+    v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (g->omega[v] < r->ctx->params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    if (!springls__unsettled(r, v)) return;
+    g->phi[v] = springls__counted;
+    r->member[r->count++] = v;
+}
+
+/* From a voxel, or from the faces of a constant brick, to what lies beside it. */
+SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
+{
+    const springls__grid *g = &r->ctx->grid;
+    int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
+    int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
+    int at[3];
+    at[0] = 8 * (brick % g->bricks[0]) + (v & 7);
+    at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]) + (v >> 3 & 7);
+    at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1])) + (v >> 6);
+    for (d = 0; d < 6; d++)
+        for (j = 0; j < n; j++)
+            for (i = 0; i < n; i++) {
+                int to[3], axis = d >> 1;
+                to[axis] = at[axis] + (d & 1 ? n : -1);
+                to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
+                to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+                springls__region_reach(r, to[0], to[1], to[2]);
+            }
+}
+
+SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
+{
+    springls__grid *g = &r->ctx->grid;
+    int64_t i;
+    r->count = r->votes = 0;
+    g->phi[first] = springls__counted;
+    r->member[r->count++] = first;
+    for (i = 0; i < r->count; i++) springls__region_step(r, r->member[i]);
+    if (r->votes <= 0) return;
+    for (i = 0; i < r->count; i++) {
+        if (r->member[i] < 0) g->top[-1 - r->member[i]] = SPRINGLS__OUTSIDE;
+        else g->phi[r->member[i]] = 1.0f;
+    }
+}
+
+SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, uint8_t *state, size_t bricks)
+{
+    const springls__grid *g = &ctx->grid;
+    springls__region region;
+    void *memory;
+    size_t room = bricks;
+    int64_t v, end;
+    int i;
+    springls__parallel(ctx, g->active_count, 4, springls__sides_task, ctx);
+    region.ctx = ctx;
+    region.state = state;
+    for (i = 0; i < g->active_count; i++)
+        for (v = (int64_t)g->active[i] * SPRINGLS__BRICK_VOXELS, end = v + SPRINGLS__BRICK_VOXELS; v < end; v++) room += springls__unsettled(&region, v);
+    SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
+    region.member = (int64_t *)memory;
+    for (i = 0; i < g->active_count; i++)
+        for (v = (int64_t)g->active[i] * SPRINGLS__BRICK_VOXELS, end = v + SPRINGLS__BRICK_VOXELS; v < end; v++)
+            if (springls__unsettled(&region, v)) springls__region_settle(&region, v);
+    return SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     springls__grid *g = &ctx->grid;
@@ -4943,10 +5115,11 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
+    if (ctx->params.project_level_set) SPRINGLS__TRY(springls__sides_of_springls(ctx, state, bricks));
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] *= omega[v]; /* phi = -omega in the foreground */
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
     }
     return springls__rebuild(ctx);
 }
@@ -7509,7 +7682,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 836 \"springls.h\"\n",
+    "#line 838 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7546,7 +7719,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 874 \"springls.h\"\n",
+    "#line 876 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7681,7 +7854,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1010 \"springls.h\"\n",
+    "#line 1012 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -7748,7 +7921,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1078 \"springls.h\"\n",
+    "#line 1080 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -7780,7 +7953,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal);\n",
     "    return springls__fabs(along) > 0.05f && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1111 \"springls.h\"\n",
+    "#line 1113 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -7878,7 +8051,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1210 \"springls.h\"\n",
+    "#line 1212 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -7914,7 +8087,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1247 \"springls.h\"\n",
+    "#line 1249 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -7946,7 +8119,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1280 \"springls.h\"\n",
+    "#line 1282 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8068,7 +8241,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1403 \"springls.h\"\n",
+    "#line 1405 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8076,7 +8249,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1412 \"springls.h\"\n",
+    "#line 1414 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */\n",
@@ -8129,7 +8302,17 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1466 \"springls.h\"\n",
+    "#line 1468 \"springls.h\"\n",
+    "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
+    "\n",
+    "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
+    "   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
+    "SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)\n",
+    "{\n",
+    "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
+    "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
+    "}\n",
+    "#line 1479 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8162,7 +8345,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1500 \"springls.h\"\n",
+    "#line 1513 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8217,7 +8400,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1556 \"springls.h\"\n",
+    "#line 1569 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges\n",
@@ -8275,7 +8458,7 @@ static const char *const springls__kernel_lines[] = {
     "    d = springls__min(d, far_value);\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1615 \"springls.h\"\n",
+    "#line 1628 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -8304,7 +8487,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1645 \"springls.h\"\n",
+    "#line 1658 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8444,7 +8627,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1786 \"springls.h\"\n",
+    "#line 1799 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

@@ -159,7 +159,7 @@ typedef struct springls_params {
     float evolve_step;       /* delta t of eq. 23                                                               */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
-    int project_level_set;   /* 1: near springls phi is their oriented distance, to second order; 0: eq. 23 only */
+    int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
     springls_topology topology;
 
     /* track: section 4.7 */

@@ -1,4 +1,4 @@
-/* lanes_rows.h - a row of eight voxels at a time: omega, eq. 23 and re-distancing. phi and omega point into tiles. */
+/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
 
 #if SPRINGLS__LANES
 
@@ -31,6 +31,28 @@ SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__
         if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
         best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
         springls__vec_store(row + i, best);
+    }
+}
+
+/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
+   sphere is at most half a voxel further than the nearest springl. */
+SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                     const float *omega, float *side)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_load(ramp + i);
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
+        if (!springls__vmask_any(counts)) continue;
+        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
+        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
+        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
+        springls__vec_store(side + i, springls__vec_load(side + i) + height);
     }
 }
 
@@ -165,6 +187,17 @@ SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__
         float within = row[i] + reach;
         if (springls__length2(springls__sub(at, center)) >= within * within) continue;
         row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
+    }
+}
+
+SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                     const float *omega, float *side)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
+        float within = omega[i] + 0.5f + reach;
+        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
     }
 }
 

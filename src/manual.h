@@ -66,7 +66,8 @@
 
      With resample_last = 1 (default set) contract and resample come after evolve and rebuild, before fill_gaps, and the
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
-     ends with phi taking the springls' oriented distance near them.
+     ends with phi taking the springls' oriented distance near them; and unsigned_to_signed lets springls say on which side
+     of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 

@@ -17,6 +17,7 @@
 #include "../kernels_embed/fit.h"
 #include "../kernels_embed/track.h"
 #include "../kernels_embed/omega.h"
+#include "../kernels_embed/unsigned_to_signed.h"
 #include "../kernels_embed/evolve.h"
 #include "../kernels_embed/topology.h"
 #include "../kernels_embed/rebuild.h"

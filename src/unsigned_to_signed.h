@@ -1,6 +1,7 @@
 /* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the whole border of
    the volume, coarse to fine, and cannot leak through gaps narrower than the blocks it grows by. What it does not reach
-   is the object. */
+   is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
+   and hollows that the background cannot reach are outside as well. */
 
 /* Blocks closer than this to a springl stop the background. */
 static const float springls__shell = 1.5f;
@@ -120,6 +121,137 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     return springls__grid_add_bricks(ctx, g, list, (int)total);
 }
 
+/* Voxels that springls are near take the side of the nearest ones. */
+SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const springls__grid *g = &ctx->grid;
+    const float capture = ctx->params.capture;
+    float side[SPRINGLS__BRICK_VOXELS];
+    int y, z, v, o[3];
+    uint32_t k;
+    for (; begin < end; begin++) {
+        float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        const float *omega = g->omega + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        springls__slot_origin(g, g->active[begin], o);
+        memset(side, 0, sizeof side);
+        for (k = ctx->cells.near_first[begin]; k < ctx->cells.near_first[begin + 1]; k++) {
+            const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
+            springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(s));
+            float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+            int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+            int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+            for (z = z0; z <= z1; z++)
+                for (y = y0; y <= y1; y++) {
+                    int row = 8 * y + 64 * z;
+                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
+                }
+        }
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+    }
+}
+
+/* A connected part of the foreground that no springl is near: the inside of the object, a hollow in it, a pocket with a
+   narrow entrance. It is on one side as a whole: that of most voxels around it. */
+typedef struct springls__region {
+    springls_context *ctx;
+    uint8_t *state;       /* of the bricks                                              */
+    int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
+    int64_t count, votes; /* votes: voxels around it that are outside less those inside */
+} springls__region;
+
+enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
+static const float springls__counted = -2.0f; /* a voxel that is            */
+
+/* The place in phi of the i-th voxel of the active bricks. */
+SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
+{
+    return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
+}
+
+SPRINGLS__FN bool springls__unsettled(const springls__region *r, int64_t v)
+{
+    const springls__grid *g = &r->ctx->grid;
+    return g->omega[v] >= r->ctx->params.capture && g->phi[v] < 0.0f && g->phi[v] != springls__counted;
+}
+
+SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int z)
+{
+    springls__grid *g = &r->ctx->grid;
+    int slot;
+    int64_t v;
+    if (!springls__grid_contains(g, x, y, z)) return;
+    slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) {
+        int brick = springls__brick_at(g, x, y, z);
+        if (r->state[brick] != SPRINGLS__OPEN) return;
+        r->state[brick] = SPRINGLS__COUNTED;
+        r->member[r->count++] = -1 - (int64_t)brick;
+        return;
+    }
+    v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    if (g->omega[v] < r->ctx->params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    if (!springls__unsettled(r, v)) return;
+    g->phi[v] = springls__counted;
+    r->member[r->count++] = v;
+}
+
+/* From a voxel, or from the faces of a constant brick, to what lies beside it. */
+SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
+{
+    const springls__grid *g = &r->ctx->grid;
+    int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
+    int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
+    int at[3];
+    at[0] = 8 * (brick % g->bricks[0]) + (v & 7);
+    at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]) + (v >> 3 & 7);
+    at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1])) + (v >> 6);
+    for (d = 0; d < 6; d++)
+        for (j = 0; j < n; j++)
+            for (i = 0; i < n; i++) {
+                int to[3], axis = d >> 1;
+                to[axis] = at[axis] + (d & 1 ? n : -1);
+                to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
+                to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
+                springls__region_reach(r, to[0], to[1], to[2]);
+            }
+}
+
+SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
+{
+    springls__grid *g = &r->ctx->grid;
+    int64_t i;
+    r->count = r->votes = 0;
+    g->phi[first] = springls__counted;
+    r->member[r->count++] = first;
+    for (i = 0; i < r->count; i++) springls__region_step(r, r->member[i]);
+    if (r->votes <= 0) return;
+    for (i = 0; i < r->count; i++) {
+        if (r->member[i] < 0) g->top[-1 - r->member[i]] = SPRINGLS__OUTSIDE;
+        else g->phi[r->member[i]] = 1.0f;
+    }
+}
+
+SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, uint8_t *state, size_t bricks)
+{
+    const springls__grid *g = &ctx->grid;
+    const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
+    springls__region region;
+    void *memory;
+    size_t room = bricks;
+    int64_t v;
+    springls__parallel(ctx, g->active_count, 4, springls__sides_task, ctx);
+    region.ctx = ctx;
+    region.state = state;
+    for (v = 0; v < voxels; v++) room += springls__unsettled(&region, springls__active_voxel(g, v));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
+    region.member = (int64_t *)memory;
+    for (v = 0; v < voxels; v++)
+        if (springls__unsettled(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
+    return SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     springls__grid *g = &ctx->grid;
@@ -147,10 +279,11 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
+    if (ctx->params.project_level_set) SPRINGLS__TRY(springls__sides_of_springls(ctx, state, bricks));
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] *= omega[v]; /* phi = -omega in the foreground */
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
     }
     return springls__rebuild(ctx);
 }
