@@ -1568,16 +1568,12 @@ SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
 /* ======== >>rebuild  (kernels_embed/rebuild.h) ================================================================= */
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges
-   crosses the zero level, and at sharp edges and corners, where a voxel can be nearer than 1/sqrt(3) without (beside a plane it
-   cannot) and the way by the neighbours is too long. What is left alone of a part that has vanished has no near neighbour. */
-SPRINGLS__MATHS int springls__near_interface(springls__cross7 v, float d)
+/* True when a voxel and one of its six neighbours lie on different sides. */
+SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
 {
     float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
     float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-    int crossed = v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
-    float beside = v.c < 0.0f ? -hi : lo, c = springls__fabs(v.c);
-    return crossed || (c < 1.0f && springls__fabs(d) < 0.577f && beside < c + 0.25f);
+    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
 }
 
 /* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
@@ -1601,6 +1597,20 @@ SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
     return v.c / (1.0f + share * excess);
 }
 
+/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
+   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26
+   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
+#define SPRINGLS__NEAR 0.577f
+
+SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }
+
+/* First guess for a voxel that gets its distance from its neighbours: it is not near. */
+SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
+{
+    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);
+    return phi < 0.0f ? -d : d;
+}
+
 /* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
 SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
 {
@@ -1614,13 +1624,14 @@ SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
     return d > c ? three : d;
 }
 
-/* New distance of a voxel away from the interface. */
+/* New distance of a voxel from its neighbours'; voxels that are near keep theirs. */
 SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)
 {
     float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
                                 springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
                                 springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
     d = springls__min(d, far_value);
+    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;
     return v.c < 0.0f ? -d : d;
 }
 
@@ -3149,13 +3160,12 @@ SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, flo
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
 }
 
-SPRINGLS__LANE springls__vmask springls__near_interface_lanes(springls__vec_cross7 v, springls__vec d)
+SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
 {
     springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
     springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
-    springls__vmask inside = v.c < 0.0f, crossed = (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-    springls__vec beside = springls__vec_select(inside, -hi, lo), c = springls__vec_abs(v.c);
-    return crossed | ((c < 1.0f) & (springls__vec_abs(d) < 0.577f) & (beside < c + 0.25f));
+    springls__vmask inside = v.c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
 }
 
 SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
@@ -3174,16 +3184,34 @@ SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cr
     return v.c / (1.0f + share * excess);
 }
 
-/* springls__interface_distance near the interface, phi within far_value elsewhere. */
+/* Is one of the 26 neighbours on the other side? */
+SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
+{
+    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
+    springls__vmask inside = c < 0.0f;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
 SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec d, kept = springls__vec_clamp(v.c, -far_value, far_value);
-    if (springls__vmask_any(springls__near_interface_lanes(v, springls__vec_all(0.0f)))) {
-        d = springls__interface_distance_lanes(v);
-        kept = springls__vec_select(springls__near_interface_lanes(v, d), d, kept);
+    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
+    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    if (springls__vmask_any(crossed | edge)) {
+        own = springls__interface_distance_lanes(v);
+        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
+        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
+        d = springls__vec_select(crossed, own, d);
     }
-    springls__vec_store(out, kept);
+    springls__vec_store(out, d);
 }
 
 SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
@@ -3205,7 +3233,6 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-/* springls__redistance away from the interface, phi itself near it. */
 SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
@@ -3213,7 +3240,7 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
     springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
     springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = springls__near_interface_lanes(v, v.c);
+    springls__vmask kept = (springls__vec_abs(v.c) < SPRINGLS__NEAR) | springls__at_interface_lanes(v);
     if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
@@ -3258,23 +3285,30 @@ SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, flo
     }
 }
 
+/* Is one of the 26 neighbours on the other side? */
+SPRINGLS__FN bool springls__touches(const float *t)
+{
+    int i;
+    for (i = 0; i < 27; i++)
+        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;
+    return false;
+}
+
 SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
         springls__cross7 v = springls__tile_cross(phi + i);
         float d = springls__interface_distance(v);
-        out[i] = springls__near_interface(v, d) ? d : springls__clamp(v.c, -far_value, far_value);
+        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));
+        out[i] = own ? d : springls__distance_guess(v.c, far_value);
     }
 }
 
 SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        out[i] = springls__near_interface(v, v.c) ? v.c : springls__redistance(v, far_value);
-    }
+    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), far_value);
 }
 
 #endif
@@ -4980,12 +5014,14 @@ SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
         for (k = ctx->cells.near_first[begin]; k < ctx->cells.near_first[begin + 1]; k++) {
             const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
             springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(s));
-            float r = s->reach + capture;
-            int y0 = (int)springls__clamp(s->p.y - r - (float)o[1], 0.0f, 7.0f), y1 = (int)springls__clamp(s->p.y + r - (float)o[1], 0.0f, 7.0f);
-            int z0 = (int)springls__clamp(s->p.z - r - (float)o[2], 0.0f, 7.0f), z1 = (int)springls__clamp(s->p.z + r - (float)o[2], 0.0f, 7.0f);
+            float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+            int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+            int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
             for (z = z0; z <= z1; z++)
-                for (y = y0; y <= y1; y++)
-                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + 8 * y + 64 * z, side + 8 * y + 64 * z);
+                for (y = y0; y <= y1; y++) {
+                    int row = 8 * y + 64 * z;
+                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
+                }
         }
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
@@ -5003,6 +5039,12 @@ typedef struct springls__region {
 
 enum { SPRINGLS__COUNTED = 3 };              /* a brick that is in a region */
 static const float springls__counted = -2.0f; /* a voxel that is            */
+
+/* The place in phi of the i-th voxel of the active bricks. */
+SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
+{
+    return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
+}
 
 SPRINGLS__FN bool springls__unsettled(const springls__region *r, int64_t v)
 {
@@ -5070,21 +5112,19 @@ SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
 SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, uint8_t *state, size_t bricks)
 {
     const springls__grid *g = &ctx->grid;
+    const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
     void *memory;
     size_t room = bricks;
-    int64_t v, end;
-    int i;
+    int64_t v;
     springls__parallel(ctx, g->active_count, 4, springls__sides_task, ctx);
     region.ctx = ctx;
     region.state = state;
-    for (i = 0; i < g->active_count; i++)
-        for (v = (int64_t)g->active[i] * SPRINGLS__BRICK_VOXELS, end = v + SPRINGLS__BRICK_VOXELS; v < end; v++) room += springls__unsettled(&region, v);
+    for (v = 0; v < voxels; v++) room += springls__unsettled(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;
-    for (i = 0; i < g->active_count; i++)
-        for (v = (int64_t)g->active[i] * SPRINGLS__BRICK_VOXELS, end = v + SPRINGLS__BRICK_VOXELS; v < end; v++)
-            if (springls__unsettled(&region, v)) springls__region_settle(&region, v);
+    for (v = 0; v < voxels; v++)
+        if (springls__unsettled(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
     return SPRINGLS_OK;
 }
 
@@ -8403,16 +8443,12 @@ static const char *const springls__kernel_lines[] = {
     "#line 1569 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
-    "/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges\n",
-    "   crosses the zero level, and at sharp edges and corners, where a voxel can be nearer than 1/sqrt(3) without (beside a plane it\n",
-    "   cannot) and the way by the neighbours is too long. What is left alone of a part that has vanished has no near neighbour. */\n",
-    "SPRINGLS__MATHS int springls__near_interface(springls__cross7 v, float d)\n",
+    "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
+    "SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)\n",
     "{\n",
     "    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
     "    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
-    "    int crossed = v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
-    "    float beside = v.c < 0.0f ? -hi : lo, c = springls__fabs(v.c);\n",
-    "    return crossed || (c < 1.0f && springls__fabs(d) < 0.577f && beside < c + 0.25f);\n",
+    "    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
     "}\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -8436,6 +8472,20 @@ static const char *const springls__kernel_lines[] = {
     "    return v.c / (1.0f + share * excess);\n",
     "}\n",
     "\n",
+    "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
+    "   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26\n",
+    "   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */\n",
+    "#define SPRINGLS__NEAR 0.577f\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }\n",
+    "\n",
+    "/* First guess for a voxel that gets its distance from its neighbours: it is not near. */\n",
+    "SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)\n",
+    "{\n",
+    "    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);\n",
+    "    return phi < 0.0f ? -d : d;\n",
+    "}\n",
+    "\n",
     "/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
     "SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)\n",
     "{\n",
@@ -8449,16 +8499,17 @@ static const char *const springls__kernel_lines[] = {
     "    return d > c ? three : d;\n",
     "}\n",
     "\n",
-    "/* New distance of a voxel away from the interface. */\n",
+    "/* New distance of a voxel from its neighbours'; voxels that are near keep theirs. */\n",
     "SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)\n",
     "{\n",
     "    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
     "                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
     "                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
     "    d = springls__min(d, far_value);\n",
+    "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1628 \"springls.h\"\n",
+    "#line 1639 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -8487,7 +8538,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1658 \"springls.h\"\n",
+    "#line 1669 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8627,7 +8678,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1799 \"springls.h\"\n",
+    "#line 1810 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

@@ -1,15 +1,11 @@
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* True where a voxel's own slope tells its distance d better than its neighbours do: where one of the voxel's six edges
-   crosses the zero level, and at sharp edges and corners, where a voxel can be nearer than 1/sqrt(3) without (beside a plane it
-   cannot) and the way by the neighbours is too long. What is left alone of a part that has vanished has no near neighbour. */
-SPRINGLS__MATHS int springls__near_interface(springls__cross7 v, float d)
+/* True when a voxel and one of its six neighbours lie on different sides. */
+SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
 {
     float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
     float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-    int crossed = v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
-    float beside = v.c < 0.0f ? -hi : lo, c = springls__fabs(v.c);
-    return crossed || (c < 1.0f && springls__fabs(d) < 0.577f && beside < c + 0.25f);
+    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
 }
 
 /* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
@@ -33,6 +29,20 @@ SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
     return v.c / (1.0f + share * excess);
 }
 
+/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
+   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26
+   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
+#define SPRINGLS__NEAR 0.577f
+
+SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }
+
+/* First guess for a voxel that gets its distance from its neighbours: it is not near. */
+SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
+{
+    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);
+    return phi < 0.0f ? -d : d;
+}
+
 /* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
 SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
 {
@@ -46,12 +56,13 @@ SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
     return d > c ? three : d;
 }
 
-/* New distance of a voxel away from the interface. */
+/* New distance of a voxel from its neighbours'; voxels that are near keep theirs. */
 SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)
 {
     float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
                                 springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
                                 springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
     d = springls__min(d, far_value);
+    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;
     return v.c < 0.0f ? -d : d;
 }

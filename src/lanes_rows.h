@@ -101,13 +101,12 @@ SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, flo
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
 }
 
-SPRINGLS__LANE springls__vmask springls__near_interface_lanes(springls__vec_cross7 v, springls__vec d)
+SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
 {
     springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
     springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
-    springls__vmask inside = v.c < 0.0f, crossed = (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-    springls__vec beside = springls__vec_select(inside, -hi, lo), c = springls__vec_abs(v.c);
-    return crossed | ((c < 1.0f) & (springls__vec_abs(d) < 0.577f) & (beside < c + 0.25f));
+    springls__vmask inside = v.c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
 }
 
 SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
@@ -126,16 +125,34 @@ SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cr
     return v.c / (1.0f + share * excess);
 }
 
-/* springls__interface_distance near the interface, phi within far_value elsewhere. */
+/* Is one of the 26 neighbours on the other side? */
+SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
+{
+    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
+    springls__vmask inside = c < 0.0f;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
 SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec d, kept = springls__vec_clamp(v.c, -far_value, far_value);
-    if (springls__vmask_any(springls__near_interface_lanes(v, springls__vec_all(0.0f)))) {
-        d = springls__interface_distance_lanes(v);
-        kept = springls__vec_select(springls__near_interface_lanes(v, d), d, kept);
+    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
+    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    if (springls__vmask_any(crossed | edge)) {
+        own = springls__interface_distance_lanes(v);
+        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
+        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
+        d = springls__vec_select(crossed, own, d);
     }
-    springls__vec_store(out, kept);
+    springls__vec_store(out, d);
 }
 
 SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
@@ -157,7 +174,6 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-/* springls__redistance away from the interface, phi itself near it. */
 SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
@@ -165,7 +181,7 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
     springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
     springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = springls__near_interface_lanes(v, v.c);
+    springls__vmask kept = (springls__vec_abs(v.c) < SPRINGLS__NEAR) | springls__at_interface_lanes(v);
     if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
@@ -210,23 +226,30 @@ SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, flo
     }
 }
 
+/* Is one of the 26 neighbours on the other side? */
+SPRINGLS__FN bool springls__touches(const float *t)
+{
+    int i;
+    for (i = 0; i < 27; i++)
+        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;
+    return false;
+}
+
 SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
         springls__cross7 v = springls__tile_cross(phi + i);
         float d = springls__interface_distance(v);
-        out[i] = springls__near_interface(v, d) ? d : springls__clamp(v.c, -far_value, far_value);
+        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));
+        out[i] = own ? d : springls__distance_guess(v.c, far_value);
     }
 }
 
 SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        out[i] = springls__near_interface(v, v.c) ? v.c : springls__redistance(v, far_value);
-    }
+    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), far_value);
 }
 
 #endif
