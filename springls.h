@@ -403,7 +403,7 @@ typedef enum springls_status {
     SPRINGLS_BAD_MESH = -3,         /* an index out of range, or no triangle with an area                              */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
     SPRINGLS_EMPTY_MODEL = -5,      /* the call needs springls and there are none                                      */
-    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop; the model is as after the last whole step  */
+    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
 } springls_status;
 
 /* A constant English phrase for any status; never NULL. */
@@ -438,7 +438,8 @@ typedef struct springls_logger {
     void *user;
 } springls_logger;
 
-/* Called after every step of springls_run and during long inputs. fraction is in [0,1]. Return non-zero to cancel. */
+/* Called after every step of springls_run, and during springls_set_mesh and _set_implicit. fraction is in [0,1]. Return
+   non-zero to cancel. */
 typedef struct springls_progress {
     int (*report)(void *user, float fraction);
     void *user;
@@ -711,7 +712,8 @@ typedef struct springls_step_desc {
     bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
 } springls_step_desc;
 
-/* One step of the chosen algorithm from the context's time. NON_FINITE leaves the springls as they were. */
+/* One step of the chosen algorithm from the context's time. NON_FINITE leaves the model as it was before the step, or before
+   the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
 /* `steps` steps with progress reports. Stops early, with OK, when active-contour springls no longer move. */
@@ -1102,11 +1104,12 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
 }
 
 /* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;
-   a change the other way means that it has run into the sheet on the far side of the held voxels. */
+   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its
+   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */
 SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
 {
-    float along = springls__dot(displacement, normal);
-    return springls__fabs(along) > 0.05f && (phi_after - phi_before) * along < 0.0f;
+    float along = springls__dot(displacement, normal), normally = springls__fabs(along);
+    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
 }
 
 /* ======== >>relax  (kernels_embed/relax.h) ===================================================================== */
@@ -1971,7 +1974,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
     } while (0)
 
 /* ======== >>memory  (src/memory.h) ============================================================================= */
-/* memory.h - errors, log, allocation and the parallel loop. */
+/* memory.h - errors, log, progress, allocation and the parallel loop. */
 
 SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...)
 {
@@ -1992,6 +1995,12 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     va_end(args);
     springls__log(ctx, 1, "%s", ctx->error);
     return status;
+}
+
+/* Tells how far a long call has come; true when the caller wants it to end. */
+SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
+{
+    return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;
 }
 
 SPRINGLS__FN void *springls__malloc(size_t size, void *user)
@@ -5242,6 +5251,8 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     if (step->dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, step->dt);
     limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
@@ -5263,7 +5274,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
     for (i = 0; i < steps; i++) {
         SPRINGLS__TRY(springls_step(ctx, step));
-        if (ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, (float)(i + 1) / (float)steps))
+        if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
         if (ctx->stats.moving <= still) return SPRINGLS_OK;
     }
@@ -5971,13 +5982,19 @@ SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 
 typedef void (*springls__distance_fn)(void *arg, const springls__v3 *points, int count, float *out);
 
-typedef struct springls__distance_job { springls_context *ctx; springls__distance_fn fn; void *arg; float *centers; } springls__distance_job;
+typedef struct springls__distance_job {
+    springls_context *ctx;
+    springls__distance_fn fn;
+    void *arg;
+    float *centers;
+    const int *active; /* the bricks of this part of the work */
+} springls__distance_job;
 
 SPRINGLS__FN void springls__ask_distances(const springls__distance_job *job, const springls__v3 *points, int count, float *out)
 {
     int i;
     job->fn(job->arg, points, count, out);
-    for (i = 0; i < count; i++) out[i] = springls__max(out[i], -springls__border_distance(&job->ctx->grid, points[i]));
+    for (i = 0; i < count; i++) out[i] = springls__max(-springls__border_distance(&job->ctx->grid, points[i]), out[i]); /* NaN stays */
 }
 
 SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
@@ -6004,9 +6021,9 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
     const springls__grid *g = &job->ctx->grid;
     springls__v3 points[SPRINGLS__BRICK_VOXELS];
     for (; begin < end; begin++) {
-        float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        float *phi = g->phi + (size_t)job->active[begin] * SPRINGLS__BRICK_VOXELS;
         int o[3], v;
-        springls__slot_origin(g, g->active[begin], o);
+        springls__slot_origin(g, job->active[begin], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
         springls__ask_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
@@ -6021,7 +6038,7 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
 {
     springls__grid *g = &ctx->grid;
     const float reach = ctx->params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
-    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, *list;
+    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, part, *list;
     springls__distance_job job;
     job.ctx = ctx;
     job.fn = fn;
@@ -6036,7 +6053,13 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
         if (springls__fabs(d) <= reach) list[n++] = i;
     }
     SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, list, n));
-    springls__parallel(ctx, g->active_count, 2, springls__voxel_task, &job);
+    part = g->active_count / 16 + 1;
+    for (i = 0; i < g->active_count; i += part) { /* a report after each */
+        n = springls__imin(part, g->active_count - i);
+        job.active = g->active + i;
+        springls__parallel(ctx, n, 2, springls__voxel_task, &job);
+        if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count)) return springls__fail(ctx, SPRINGLS_CANCELLED, "the input is cancelled");
+    }
     for (i = 0; i < g->active_count; i++)
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v] != g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v])
@@ -7722,7 +7745,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 838 \"springls.h\"\n",
+    "#line 840 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7759,7 +7782,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 876 \"springls.h\"\n",
+    "#line 878 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7894,7 +7917,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1012 \"springls.h\"\n",
+    "#line 1014 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -7961,7 +7984,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1080 \"springls.h\"\n",
+    "#line 1082 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -7987,13 +8010,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;\n",
-    "   a change the other way means that it has run into the sheet on the far side of the held voxels. */\n",
+    "   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its\n",
+    "   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */\n",
     "SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)\n",
     "{\n",
-    "    float along = springls__dot(displacement, normal);\n",
-    "    return springls__fabs(along) > 0.05f && (phi_after - phi_before) * along < 0.0f;\n",
+    "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
+    "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1113 \"springls.h\"\n",
+    "#line 1116 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8091,7 +8115,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1212 \"springls.h\"\n",
+    "#line 1215 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8127,7 +8151,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1249 \"springls.h\"\n",
+    "#line 1252 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8159,7 +8183,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1282 \"springls.h\"\n",
+    "#line 1285 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8281,7 +8305,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1405 \"springls.h\"\n",
+    "#line 1408 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8289,7 +8313,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1414 \"springls.h\"\n",
+    "#line 1417 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */\n",
@@ -8342,7 +8366,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1468 \"springls.h\"\n",
+    "#line 1471 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8352,7 +8376,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1479 \"springls.h\"\n",
+    "#line 1482 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8385,7 +8409,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1513 \"springls.h\"\n",
+    "#line 1516 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8440,7 +8464,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1569 \"springls.h\"\n",
+    "#line 1572 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -8509,7 +8533,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1639 \"springls.h\"\n",
+    "#line 1642 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -8538,7 +8562,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1669 \"springls.h\"\n",
+    "#line 1672 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8678,7 +8702,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1810 \"springls.h\"\n",
+    "#line 1813 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

@@ -23,9 +23,10 @@ SPRINGLS__MATHS springls__v3 springls__rk4(springls__v3 k1, springls__v3 k2, spr
 }
 
 /* eq. 24-25: a springl that the topology constraint holds back. phi along its way must change as its normal motion says;
-   a change the other way means that it has run into the sheet on the far side of the held voxels. */
+   a change the other way means that it has run into the sheet on the far side of the held voxels. One that moves along its
+   surface rather than along its normal is free: there phi hardly changes, and the error of the normal would decide. */
 SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
 {
-    float along = springls__dot(displacement, normal);
-    return springls__fabs(along) > 0.05f && (phi_after - phi_before) * along < 0.0f;
+    float along = springls__dot(displacement, normal), normally = springls__fabs(along);
+    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
 }

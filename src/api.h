@@ -52,7 +52,7 @@ typedef enum springls_status {
     SPRINGLS_BAD_MESH = -3,         /* an index out of range, or no triangle with an area                              */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
     SPRINGLS_EMPTY_MODEL = -5,      /* the call needs springls and there are none                                      */
-    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop; the model is as after the last whole step  */
+    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
 } springls_status;
 
 /* A constant English phrase for any status; never NULL. */
@@ -87,7 +87,8 @@ typedef struct springls_logger {
     void *user;
 } springls_logger;
 
-/* Called after every step of springls_run and during long inputs. fraction is in [0,1]. Return non-zero to cancel. */
+/* Called after every step of springls_run, and during springls_set_mesh and _set_implicit. fraction is in [0,1]. Return
+   non-zero to cancel. */
 typedef struct springls_progress {
     int (*report)(void *user, float fraction);
     void *user;
@@ -360,7 +361,8 @@ typedef struct springls_step_desc {
     bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
 } springls_step_desc;
 
-/* One step of the chosen algorithm from the context's time. NON_FINITE leaves the springls as they were. */
+/* One step of the chosen algorithm from the context's time. NON_FINITE leaves the model as it was before the step, or before
+   the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
 /* `steps` steps with progress reports. Stops early, with OK, when active-contour springls no longer move. */

@@ -1,4 +1,4 @@
-/* memory.h - errors, log, allocation and the parallel loop. */
+/* memory.h - errors, log, progress, allocation and the parallel loop. */
 
 SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...)
 {
@@ -19,6 +19,12 @@ SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_stat
     va_end(args);
     springls__log(ctx, 1, "%s", ctx->error);
     return status;
+}
+
+/* Tells how far a long call has come; true when the caller wants it to end. */
+SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
+{
+    return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;
 }
 
 SPRINGLS__FN void *springls__malloc(size_t size, void *user)

@@ -42,13 +42,19 @@ SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 
 typedef void (*springls__distance_fn)(void *arg, const springls__v3 *points, int count, float *out);
 
-typedef struct springls__distance_job { springls_context *ctx; springls__distance_fn fn; void *arg; float *centers; } springls__distance_job;
+typedef struct springls__distance_job {
+    springls_context *ctx;
+    springls__distance_fn fn;
+    void *arg;
+    float *centers;
+    const int *active; /* the bricks of this part of the work */
+} springls__distance_job;
 
 SPRINGLS__FN void springls__ask_distances(const springls__distance_job *job, const springls__v3 *points, int count, float *out)
 {
     int i;
     job->fn(job->arg, points, count, out);
-    for (i = 0; i < count; i++) out[i] = springls__max(out[i], -springls__border_distance(&job->ctx->grid, points[i]));
+    for (i = 0; i < count; i++) out[i] = springls__max(-springls__border_distance(&job->ctx->grid, points[i]), out[i]); /* NaN stays */
 }
 
 SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
@@ -75,9 +81,9 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
     const springls__grid *g = &job->ctx->grid;
     springls__v3 points[SPRINGLS__BRICK_VOXELS];
     for (; begin < end; begin++) {
-        float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        float *phi = g->phi + (size_t)job->active[begin] * SPRINGLS__BRICK_VOXELS;
         int o[3], v;
-        springls__slot_origin(g, g->active[begin], o);
+        springls__slot_origin(g, job->active[begin], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
         springls__ask_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
@@ -92,7 +98,7 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
 {
     springls__grid *g = &ctx->grid;
     const float reach = ctx->params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
-    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, *list;
+    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, part, *list;
     springls__distance_job job;
     job.ctx = ctx;
     job.fn = fn;
@@ -107,7 +113,13 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
         if (springls__fabs(d) <= reach) list[n++] = i;
     }
     SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, list, n));
-    springls__parallel(ctx, g->active_count, 2, springls__voxel_task, &job);
+    part = g->active_count / 16 + 1;
+    for (i = 0; i < g->active_count; i += part) { /* a report after each */
+        n = springls__imin(part, g->active_count - i);
+        job.active = g->active + i;
+        springls__parallel(ctx, n, 2, springls__voxel_task, &job);
+        if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count)) return springls__fail(ctx, SPRINGLS_CANCELLED, "the input is cancelled");
+    }
     for (i = 0; i < g->active_count; i++)
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v] != g->phi[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + (size_t)v])

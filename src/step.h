@@ -70,6 +70,8 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     if (step->dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, step->dt);
     limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
@@ -91,7 +93,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
     for (i = 0; i < steps; i++) {
         SPRINGLS__TRY(springls_step(ctx, step));
-        if (ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, (float)(i + 1) / (float)steps))
+        if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
         if (ctx->stats.moving <= still) return SPRINGLS_OK;
     }
