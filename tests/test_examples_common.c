@@ -179,10 +179,13 @@ TEST json_is_exact_and_always_valid(void)
     json_numbers(&json, "list", numbers, 3);
     json_object_begin(&json, "empty");
     json_object_end(&json);
+    json_ready(&json, "ready", "[1, {}]\n");
+    json_ready(&json, "none", NULL);
     ASSERT(json_close(&json));
     read_text(scratch("a.json"), text, sizeof text);
     ASSERT_STR_EQ("{\n  \"name\": \"a\\\"b\\\\c\\n\\u0001\\ufffd\xc3\xa9\",\n  \"nan\": null,\n  \"third\": 0.333333333,\n"
-                  "  \"big\": -9223372036854775808,\n  \"yes\": true,\n  \"list\": [1, 0.1, -2.5e-20],\n  \"empty\": {}\n}\n",
+                  "  \"big\": -9223372036854775808,\n  \"yes\": true,\n  \"list\": [1, 0.1, -2.5e-20],\n  \"empty\": {},\n"
+                  "  \"ready\": [1, {}],\n  \"none\": null\n}\n",
                   text);
     ASSERT_FALSE(json_open(&json, "/nonexistent/folder/x.json"));
     PASS();
@@ -238,6 +241,27 @@ TEST color_maps_rise_in_lightness(void)
         ASSERT(lightness > last);
         last = lightness;
     }
+    PASS();
+}
+
+/* Lines fill all four corners: the picture grows upwards, and every column still shows the upper line. */
+TEST legends_hide_no_line(void)
+{
+    const double x[2] = {0.0, 1.0}, low[2] = {0.05, 0.05}, high[2] = {0.95, 0.95};
+    const struct plot_series series[] = {{"high", x, high, 2, 0, false, false}, {"low", x, low, 2, 1, false, false}};
+    const struct plot plot = {NULL, NULL, NULL, false, false, false, series, 2};
+    const struct color line = color_category(0);
+    struct image image;
+    ASSERT(plot_render(&plot, 400, 300, &image));
+    for (int column = 100; column < 360; ++column) { /* well inside the axes */
+        bool seen = false;
+        for (int row = 0; row < image.height; ++row) {
+            const float *rgb = image.rgb + 3 * (row * image.width + column);
+            seen = seen || fabsf(rgb[0] - line.r) + fabsf(rgb[1] - line.g) + fabsf(rgb[2] - line.b) < 0.02f;
+        }
+        ASSERT(seen);
+    }
+    image_free(&image);
     PASS();
 }
 
@@ -626,6 +650,7 @@ int main(int argc, char **argv)
     RUN_TEST(clock_and_memory_are_plausible);
     RUN_TEST(drawing_is_clipped_and_png_is_written);
     RUN_TEST(color_maps_rise_in_lightness);
+    RUN_TEST(legends_hide_no_line);
     RUN_TEST(plots_survive_awkward_data);
     RUN_TEST(hierarchy_agrees_with_trying_every_triangle);
     RUN_TEST(hierarchy_of_identical_triangles_stays_shallow);

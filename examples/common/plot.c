@@ -227,7 +227,8 @@ bool plot_render(const struct plot *plot, int width, int height, struct image *r
     y.pixel_hi = MARGIN_TOP;
     struct legend legend = measure_legend(plot);
     struct axis higher = y; /* with room for the legend above all data */
-    higher.hi += (y.hi - y.lo) * (double)(legend.height / fmaxf(1.0f, y.pixel_lo - y.pixel_hi - legend.height));
+    const float room = legend.height + 3.0f * LEGEND_GAP;
+    higher.hi += (y.hi - y.lo) * (double)(room / fmaxf(1.0f, y.pixel_lo - y.pixel_hi - room));
     axis_finish(&x, width / 90);
     axis_finish(&y, height / 60);
     if (legend.rows > 0 && !find_corner(plot, &x, &y, &legend)) {

@@ -43,7 +43,7 @@ static bool execute(struct run *run)
 
 /* ---- accuracy and time ---- */
 
-static void problem_row(struct table *table, const struct run *run, const char *method, double seconds_of_openvdb)
+static void problem_row(struct table *table, const struct run *run, const char *method, const struct run *openvdb)
 {
     const bool tracks = isfinite(run_number(run, "tracking_mean"));
     const double seconds = run_number(run, "seconds_total");
@@ -52,8 +52,8 @@ static void problem_row(struct table *table, const struct run *run, const char *
         return;
     }
     table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", method, cell("%.1f s", seconds), cell("%.1f s", run->cpu),
-              cell("%.2f x", seconds_of_openvdb / seconds), run_cell(run, "%+.2f %%", "volume_change_percent"),
-              run_cell(run, "%+.2f %%", "volume_error_percent"),
+              cell2("%.2f x / %.2f x", run_number(openvdb, "seconds_total") / seconds, openvdb->cpu / run->cpu),
+              run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%+.2f %%", "volume_error_percent"),
               cell2("%.3f / %.2f", run_number(run, "surface_mean"), run_number(run, "surface_max")),
               tracks ? cell2("%.3f / %.2f", run_number(run, "tracking_mean"), run_number(run, "tracking_max")) : "cannot",
               run_cell(run, "%.0f", "components"), run_cell(run, "%.0f MiB", "peak_rss_mib"));
@@ -79,10 +79,10 @@ static void compare_on(struct bench *bench, const char *problem, const char *len
         execute(run);
     }
     table_begin(&table);
-    table_row(&table, "%s %d^3, %s %s|time|processor|against OpenVDB|volume change|volume error|surface mean / max|"
+    table_row(&table, "%s %d^3, %s %s|time|processor|OpenVDB's time / processor to this|volume change|volume error|surface mean / max|"
                       "tracking mean / max|parts|peak memory", problem, bench->grid, option + 2, length);
     for (int m = 0; m < METHODS; ++m) {
-        problem_row(&table, first + m, method_names[m], run_number(first + 2, "seconds_total"));
+        problem_row(&table, first + m, method_names[m], first + 2);
     }
     table_print(&table, stdout);
     printf("\n");

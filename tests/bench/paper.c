@@ -151,7 +151,7 @@ void paper_picture(struct paper *paper, struct image *image, const char *name, c
     if (image->rgb && image_write_png(image, path)) {
         printf("%s\n-> %s\n", caption, path);
         fflush(stdout);
-        fprintf(paper->markdown, "![%s](%s)\n\n%s\n", name, name, caption);
+        fprintf(paper->markdown, "\n![%s](%s)\n\n%s\n", name, name, caption);
     } else {
         fprintf(stderr, "paper: cannot draw %s\n", path);
         ++paper->failures;

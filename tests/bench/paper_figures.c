@@ -172,8 +172,8 @@ static void leveque_over_periods(struct paper *paper, struct image *image)
             const struct run *run = &paper->runs[ours[s][i]];
             errors[2 * s][i] = run_number(run, "deformation_mean");
             errors[2 * s + 1][i] = run_number(run, "tracking_mean");
-            table_row(&table, "%g|%s|%s|%s|%s|%s|%s", periods[i], paper_set_names[s], cell("%.3f", errors[2 * s][i]),
-                      cell("%.3f", errors[2 * s + 1][i]), run_cell(run, "%.3f", "halfway_mean"),
+            table_row(&table, "%g|%s|%s|%s|%s|%s|%s", periods[i], paper_set_names[s], cell("%.4f", errors[2 * s][i]),
+                      cell("%.4f", errors[2 * s + 1][i]), run_cell(run, "%.4f", "halfway_mean"),
                       run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%.0f", "components"));
         }
     }
@@ -206,8 +206,8 @@ static void zalesak_over_turns(struct paper *paper, struct image *image)
     table_row(&table, "turns|model|deformation|tracking|volume");
     for (int i = 0; i < count; ++i) {
         for (int s = 0; s < 2; ++s) {
-            table_row(&table, "%d|%s|%s|%s|%s", i + 1, paper_set_names[s], cell("%.3f", errors[2 * s][i]),
-                      cell("%.3f", errors[2 * s + 1][i]), cell("%+.2f %%", volume[s][i]));
+            table_row(&table, "%d|%s|%s|%s|%s", i + 1, paper_set_names[s], cell("%.4f", errors[2 * s][i]),
+                      cell("%.4f", errors[2 * s + 1][i]), cell("%+.2f %%", volume[s][i]));
         }
     }
     paper_table(paper, &table);
@@ -253,7 +253,7 @@ void paper_fig15(struct paper *paper)
         table_row(&table, "%d^3|%s|%s|%s|%s|%s|%s|%s", grid, paper_set_names[s],
                   cell2("%.0f to %.0f", run_number(run, "components_least"), run_number(run, "components_most")),
                   cell2("%.0f to %.0f", run_number(run, "euler_least"), run_number(run, "euler_most")), kept ? "yes" : "NO",
-                  run_cell(run, "%.3f", "deformation_mean"), run_cell(run, "%.3f", "tracking_mean"),
+                  run_cell(run, "%.4f", "deformation_mean"), run_cell(run, "%.4f", "tracking_mean"),
                   run_cell(run, "%+.2f %%", "volume_change_percent"));
         if (!kept) {
             fprintf(stderr, "Fig. 15: topology was not kept (%s)\n", run->name);

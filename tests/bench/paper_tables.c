@@ -23,7 +23,7 @@ static const struct reported table5[2] = {
     {200, NAN, 0.25, NAN, 0.59, NAN, NAN, NAN, NAN},
 };
 
-static const char *ratio(double ours, double theirs) { return cell("%.2f", ours / theirs); }
+static const char *ratio(double ours, double theirs) { return cell("%.2g", ours / theirs); }
 
 /* In words how far a run is from the paper's. */
 static void say_difference(struct paper *paper, const struct run *run, const char *name, const struct reported *r)
@@ -53,7 +53,7 @@ static const char *mean_and_std(const struct run *run, const char *name)
     char mean[40], std[40];
     snprintf(mean, sizeof mean, "%s_mean", name);
     snprintf(std, sizeof std, "%s_std", name);
-    return cell2("%.3f +- %.3f", run_number(run, mean), run_number(run, std));
+    return cell2("%.4f +- %.4f", run_number(run, mean), run_number(run, std));
 }
 
 static void our_row(struct table *table, const struct run *run, const char *name)
@@ -62,11 +62,12 @@ static void our_row(struct table *table, const struct run *run, const char *name
         table_row(table, "-|%s|failed", name);
         return;
     }
-    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", run_cell(run, "%.0f^3", "grid"), name,
+    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", run_cell(run, "%.0f^3", "grid"), name,
               run_cell(run, "%.0f", "springls_mean"), mean_and_std(run, "deformation"), mean_and_std(run, "tracking"),
-              mean_and_std(run, "halfway"), run_cell(run, "%.3f", "surface_mean"),
+              mean_and_std(run, "halfway"), run_cell(run, "%.4f", "surface_mean"),
               run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%.0f", "steps"),
-              run_cell(run, "%.1f s", "seconds_total"), run_cell(run, "%.0f", "threads"));
+              run_cell(run, "%.1f s", "seconds_total"), cell("%.1f s", run->cpu > 0.0 ? run->cpu : NAN),
+              run_cell(run, "%.0f", "threads"));
 }
 
 enum { MODELS = 3 }; /* the paper's set, the same with half-time sampling, the default set */
@@ -99,10 +100,10 @@ void paper_table3(struct paper *paper)
     paper_do(paper, "Table 3", PAPER_ALONE);
     paper_heading(paper, "Table 3: LeVeque's test, T = 2.5, and its volume change (section 5.3)");
     table_begin(&table);
-    table_row(&table, "grid|model|springls|deformation|tracking|at half time|surface|volume|steps|time|threads");
+    table_row(&table, "grid|model|springls|deformation|tracking|at half time|surface|volume|steps|time|processor|threads");
     for (int g = 0; g < count; ++g) {
         const struct reported *r = &table3[g];
-        table_row(&table, "%d^3|paper reports|%s|%s|%s|-|-|%s|%s|%s|8 cores", r->grid, cell("%.0f", r->springls),
+        table_row(&table, "%d^3|paper reports|%s|%s|%s|-|-|%s|%s|%s|-|8 cores", r->grid, cell("%.0f", r->springls),
                   cell2("%.2f +- %.2f", r->deformation, r->deformation_std), cell2("%.2f +- %.2f", r->tracking, r->tracking_std),
                   cell("%.1f %%", r->volume), cell("%.0f", r->steps), cell("%.0f s", r->seconds));
         for (int m = 0; m < MODELS; ++m) {
@@ -142,8 +143,8 @@ void paper_table5(struct paper *paper)
         for (int m = 0; m < MODELS; ++m) {
             const struct run *run = &paper->runs[ours[g][m]];
             table_row(&table, "%s|%s|%s|%s|%s|%s|%s", run_cell(run, "%.0f^3", "grid"), model_name(m),
-                      run_cell(run, "%.3f", "deformation_mean"), run_cell(run, "%.3f", "tracking_mean"),
-                      run_cell(run, "%.3f", "halfway_mean"), run_cell(run, "%.0f", "springls_mean"),
+                      run_cell(run, "%.4f", "deformation_mean"), run_cell(run, "%.4f", "tracking_mean"),
+                      run_cell(run, "%.4f", "halfway_mean"), run_cell(run, "%.0f", "springls_mean"),
                       run_cell(run, "%+.2f %%", "volume_change_percent"));
         }
     }
@@ -176,7 +177,7 @@ void paper_table4(struct paper *paper)
         table_row(&table, "%s, %d^3|yes|%s thread(s)|%s|%s|%s|%s|%s|%s", paper_set_names[s], grid, run_cell(run, "%.0f", "threads"),
                   cell("%.1f fps", run_number(run, "steps") / run_number(run, "seconds_total")),
                   run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%.0f", "springls_mean"),
-                  mean_and_std(run, "deformation"), mean_and_std(run, "tracking"), run_cell(run, "%.3f", "surface_mean"));
+                  mean_and_std(run, "deformation"), mean_and_std(run, "tracking"), run_cell(run, "%.4f", "surface_mean"));
     }
     paper_table(paper, &table);
     paper_say(paper, "The paper gives no errors for this test but that they are below a voxel (section 5.4), and no sign of the\n"
