@@ -1,5 +1,5 @@
 #!/bin/bash
-# matrix.sh: is springls.h clean in every way it can be used? A check passes when its commands succeed and say nothing.
+# matrix.sh: is springls.h clean in every way it can be used, and does it do the same in all of them? A check passes when its commands succeed and say nothing.
 # From the repository's root. The last line is "N passed, N failed".
 set -u
 here=tests/compile
@@ -76,6 +76,15 @@ prefixed_macros() {
     nothing "$(sed -nE 's/^ *# *define +([A-Za-z0-9_]+).*/\1/p' springls.h | grep -v -E '^(SPRINGLS_|springls_)')" \
         "macros without the prefix"
 }
+# What models have become at the end of their lives, in this build.
+lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
+same_lives() {
+    local first= other
+    for other in $out/lives.*; do
+        first=${first:-$other}
+        diff $first $other || echo "$(cat $out/${other##*.}/name) differs from $(cat $out/${first##*.}/name)"
+    done
+}
 # What a C program sees of both must be the same program: the parts as they are, and the header made of them.
 parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only -x c tests/springls_under_test.h; }
 
@@ -108,8 +117,11 @@ for cc in gcc clang; do
     check "$cc: shared library exports the public functions and no others" shared_library "$cc $std"
     check "$cc: shared library without SPRINGLS_DLL exports nothing" hidden_library "$cc $std"
     check "$cc: SPRINGLS_ASSERT of the user's own" own_assert "$cc"
+    for flags in -O0 -O3 '-O3 -march=native -fopenmp' '-O2 -DSPRINGLS_NO_SIMD'; do check "$cc $flags: histories" lives $cc $flags; done
     case $languages in *c++*) check "$cc: C and C++ link with one another" c_and_cxx $cc $cxx ;; esac
 done
+wait
+check "all builds leave the same bits" same_lives
 wait
 
 # ---- the result ----

@@ -1,0 +1,78 @@
+/* test_determinism.c - the same bits for every number of workers, every cut of the work into ranges, and every order of the
+   ranges. Compilers and optimisation levels are compared by `make compile-matrix`, threads of OpenMP by `make test OPENMP=1`. */
+#include "histories.h"
+
+/* The calling thread that does everything at once is the measure; then ranges cut at random, run in a random order by one
+   thread, and by as many threads as there are workers. */
+TEST workers_do_not_matter(int history)
+{
+    static const struct { int workers, threads; } with[5] = { { 1, 0 }, { 2, 1 }, { 3, 1 }, { 8, 0 }, { 8, 1 } };
+    uint64_t expected = history_run(history, NULL);
+    int i;
+    ASSERT(expected != 0);
+    for (i = 0; i < 5; i++) {
+        fixture_workers state;
+        springls_tasks tasks = fixture_tasks(&state, with[i].workers, with[i].threads);
+        ASSERT(expected == history_run(history, &tasks));
+        ASSERT_GT(state.calls, 100);
+    }
+    PASS();
+}
+
+/* Different lives leave different digests: they see something. */
+TEST histories_differ(void)
+{
+    uint64_t digest[HISTORIES];
+    int i, j;
+    for (i = 0; i < HISTORIES; i++) {
+        digest[i] = history_run(i, NULL);
+        for (j = 0; j < i; j++) ASSERT(digest[i] != digest[j]);
+    }
+    PASS();
+}
+
+/* The state hash sees one bit anywhere: of a particle, a correspondence, an id, a voxel. */
+TEST hash_sees_every_bit(void)
+{
+    springls_context *ctx = fixture_sphere(24, NULL, 11.5f, 11.5f, 11.5f, 6.0f);
+    uint64_t hash = springls_state_hash(ctx);
+    int i = springls_count(ctx) / 2, slot = ctx->grid.active[ctx->grid.active_count / 2], k;
+    unsigned char *byte[4];
+    byte[0] = (unsigned char *)&ctx->set.s[i].p.y;
+    byte[1] = (unsigned char *)&ctx->set.a[i].z;
+    byte[2] = (unsigned char *)&ctx->set.id[i];
+    byte[3] = (unsigned char *)&ctx->grid.phi[slot * SPRINGLS__BRICK_VOXELS + 77];
+    for (k = 0; k < 4; k++) {
+        *byte[k] ^= 1u;
+        ASSERT(hash != springls_state_hash(ctx));
+        *byte[k] ^= 1u;
+        ASSERT(hash == springls_state_hash(ctx));
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Whoever builds without -ffp-contract=off can find out. */
+TEST build_does_not_fuse(void)
+{
+    ASSERT(!springls_fp_contract_detected());
+    PASS();
+}
+
+SUITE(determinism)
+{
+    int history;
+    for (history = 0; history < HISTORIES; history++) RUN_TESTp(workers_do_not_matter, history);
+    RUN_TEST(histories_differ);
+    RUN_TEST(hash_sees_every_bit);
+    RUN_TEST(build_does_not_fuse);
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(determinism);
+    GREATEST_MAIN_END();
+}
