@@ -172,7 +172,7 @@
                 merge_distance       the younger of two nearer particles goes; 0: never  0.6       0         voxel
      M          resample_period      steps from one resampling to the next               5         5
                 resample_last        see DATA FLOW                                       1         0
-                split_edge           split when the longest edge exceeds it              2         3 (p)     voxel
+                split_edge           split when the longest edge exceeds it              2         never (d) voxel
                 split_area           or the area exceeds it                              4         3 (p)     voxel^2
                 placement            of new springls: COPY, QUADRATIC                    QUADR.    COPY
                 band_half_width      phi is a distance within it                         3         3 (p)     voxel
@@ -189,7 +189,7 @@
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  0         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
-                project_initial      1: initial springls are moved onto the zero level   1         0
+                project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
 
@@ -244,9 +244,10 @@
 
      - omega is clamped at 2 voxels (capture), not at d_max (eq. 21): with d_max phi feels no force where it has fallen
        half a voxel behind and never catches up.
-     - Springls are split at a longest edge of 3 voxels or an area of 3 voxel^2: 1.5 and 0.75 in the units of the
-       author's program, which are two voxels long. Section 4.6 prints 1.5 voxels; Table 2 speaks of area. In the same way
-       initial springls come from marching cubes on every second voxel.
+     - Springls are split when their area exceeds 3 voxel^2, as Table 2 says and the author's program does; section 4.6
+       prints a longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+     - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program, moved so
+       that they straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points
        on those edges are taken afresh in every iteration.
      - contract judges a particle by phi taken before the step's advect, when phi and springls were in step. After a
@@ -2170,7 +2171,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.reshape = 0;
     p.merge_distance = 0.0f;
     p.resample_period = 5;
-    p.split_edge = 3.0f;
+    p.split_edge = 1e6f;
     p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACE_COPY;
     p.band_half_width = 3.0f;
@@ -2187,7 +2188,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.initial_stride = 2;
-    p.project_initial = 0;
+    p.project_initial = 1;
     return p;
 }
 
@@ -2206,7 +2207,6 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.evolve_iterations = 3;
     p.project_level_set = 1;
     p.initial_stride = 1;
-    p.project_initial = 1;
     return p;
 }
 
@@ -7745,7 +7745,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 840 \"springls.h\"\n",
+    "#line 841 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7782,7 +7782,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 878 \"springls.h\"\n",
+    "#line 879 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7917,7 +7917,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1014 \"springls.h\"\n",
+    "#line 1015 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -7984,7 +7984,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1082 \"springls.h\"\n",
+    "#line 1083 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8017,7 +8017,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1116 \"springls.h\"\n",
+    "#line 1117 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8115,7 +8115,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1215 \"springls.h\"\n",
+    "#line 1216 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8151,7 +8151,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1252 \"springls.h\"\n",
+    "#line 1253 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8183,7 +8183,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1285 \"springls.h\"\n",
+    "#line 1286 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8305,7 +8305,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1408 \"springls.h\"\n",
+    "#line 1409 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8313,7 +8313,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1417 \"springls.h\"\n",
+    "#line 1418 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */\n",
@@ -8366,7 +8366,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1471 \"springls.h\"\n",
+    "#line 1472 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8376,7 +8376,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1482 \"springls.h\"\n",
+    "#line 1483 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8409,7 +8409,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1516 \"springls.h\"\n",
+    "#line 1517 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8464,7 +8464,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1572 \"springls.h\"\n",
+    "#line 1573 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -8533,7 +8533,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1642 \"springls.h\"\n",
+    "#line 1643 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -8562,7 +8562,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1672 \"springls.h\"\n",
+    "#line 1673 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8702,7 +8702,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1813 \"springls.h\"\n",
+    "#line 1814 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

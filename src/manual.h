@@ -107,7 +107,7 @@
                 merge_distance       the younger of two nearer particles goes; 0: never  0.6       0         voxel
      M          resample_period      steps from one resampling to the next               5         5
                 resample_last        see DATA FLOW                                       1         0
-                split_edge           split when the longest edge exceeds it              2         3 (p)     voxel
+                split_edge           split when the longest edge exceeds it              2         never (d) voxel
                 split_area           or the area exceeds it                              4         3 (p)     voxel^2
                 placement            of new springls: COPY, QUADRATIC                    QUADR.    COPY
                 band_half_width      phi is a distance within it                         3         3 (p)     voxel
@@ -124,7 +124,7 @@
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  0         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
-                project_initial      1: initial springls are moved onto the zero level   1         0
+                project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
 
@@ -179,9 +179,10 @@
 
      - omega is clamped at 2 voxels (capture), not at d_max (eq. 21): with d_max phi feels no force where it has fallen
        half a voxel behind and never catches up.
-     - Springls are split at a longest edge of 3 voxels or an area of 3 voxel^2: 1.5 and 0.75 in the units of the
-       author's program, which are two voxels long. Section 4.6 prints 1.5 voxels; Table 2 speaks of area. In the same way
-       initial springls come from marching cubes on every second voxel.
+     - Springls are split when their area exceeds 3 voxel^2, as Table 2 says and the author's program does; section 4.6
+       prints a longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+     - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program, moved so
+       that they straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points
        on those edges are taken afresh in every iteration.
      - contract judges a particle by phi taken before the step's advect, when phi and springls were in step. After a

@@ -28,7 +28,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.reshape = 0;
     p.merge_distance = 0.0f;
     p.resample_period = 5;
-    p.split_edge = 3.0f;
+    p.split_edge = 1e6f;
     p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACE_COPY;
     p.band_half_width = 3.0f;
@@ -45,7 +45,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
     p.initial_stride = 2;
-    p.project_initial = 0;
+    p.project_initial = 1;
     return p;
 }
 
@@ -64,7 +64,6 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.evolve_iterations = 3;
     p.project_level_set = 1;
     p.initial_stride = 1;
-    p.project_initial = 1;
     return p;
 }
 
