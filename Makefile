@@ -33,7 +33,7 @@ PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
 KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
-ON_SPRINGLS  := $(wildcard $(addprefix examples/common/,benchmark*.c model_*.c run_options.c segment*.c))
+ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,benchmark*.c model_*.c run_options.c segment*.c)))
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
@@ -101,13 +101,15 @@ build/%: examples/%.c springls.h build/libcommon.a build/common/settings
 
 examples: $(EXAMPLES)   ## build every program of examples/ into build/
 
-HEAD_SCAN ?= /usr/share/mricron/templates/ch2bet.nii.gz
+HEAD_SCAN  ?= /usr/share/mricron/templates/ch2bet.nii.gz
+# Between fluid and grey matter of that scan.
+HEAD_LEVEL ?= 72
 
 demo: deps-demo   ## from nothing to results: set-up, build, two programs run into build/demo/
 	@$(MAKE) --no-print-directory examples
 	@mkdir -p build/demo
 	build/leveque --grid 64 --period 1.25 --out build/demo
-	build/segment $(HEAD_SCAN) --init threshold --iterations 3 --out build/demo
+	build/segment $(HEAD_SCAN) --level $(HEAD_LEVEL) --out build/demo/brain
 	@echo "see build/demo/"
 
 # ---- tests ----

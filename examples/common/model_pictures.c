@@ -75,45 +75,77 @@ static bool render_surface(const springls_mesh *mesh, const struct raycast_camer
     return rendered;
 }
 
+/* Triangles with colours for the springl style. */
+struct patchwork {
+    float *positions, *colors; /* 9 and 3 floats a triangle */
+    size_t count, edged;
+};
+
 /* The springls whose outer side is seen: the inner sides of the far ones would only clutter the gaps. */
-static size_t front_springls(const springls_mesh *soup, const float eye[3], float *positions, float *originals)
+static void add_springls(struct patchwork *work, const springls_mesh *soup, const float eye[3], struct pattern *pattern,
+                         struct color plain)
 {
-    size_t kept = 0;
     for (size_t t = 0; t < (size_t)soup->triangle_count; ++t) {
         const float *corners = soup->positions + 9 * t, *normal = soup->normals + 9 * t;
         float to_eye[3];
         vec3_sub(eye, corners, to_eye);
         if (vec3_dot(to_eye, normal) > 0.0f) {
-            memcpy(positions + 9 * kept, corners, 9 * sizeof *positions);
-            memcpy(originals + 3 * kept, soup->correspondences + 9 * t, 3 * sizeof *originals);
-            kept++;
+            const struct color c = pattern ? pattern_color(pattern, soup->correspondences + 9 * t) : plain;
+            const float rgb[3] = {c.r, c.g, c.b};
+            memcpy(work->positions + 9 * work->count, corners, 9 * sizeof *corners);
+            memcpy(work->colors + 3 * work->count++, rgb, sizeof rgb);
         }
     }
-    return kept;
+    work->edged = work->count;
 }
 
-static bool render_springls(const springls_mesh *soup, const struct raycast_camera *camera, struct pattern *pattern,
+/* The zero level, sunk by `depth` below the springls. */
+static void add_surface(struct patchwork *work, const springls_mesh *surface, float depth, struct color color)
+{
+    const float rgb[3] = {color.r, color.g, color.b};
+    for (size_t t = 0; t < (size_t)surface->triangle_count; ++t) {
+        for (int k = 0; k < 3; ++k) {
+            const int v = 3 * surface->triangles[3 * t + (size_t)k];
+            vec3_add_scaled(surface->positions + v, -depth, surface->normals + v, work->positions + 9 * work->count + 3 * k);
+        }
+        memcpy(work->colors + 3 * work->count++, rgb, sizeof rgb);
+    }
+}
+
+static float mean_edge(const springls_mesh *mesh)
+{
+    double sum = 0.0;
+    for (size_t t = 0; t < (size_t)mesh->triangle_count; ++t) {
+        float edge[3];
+        vec3_sub(mesh->positions + 3 * mesh->triangles[3 * t + 1], mesh->positions + 3 * mesh->triangles[3 * t], edge);
+        sum += (double)vec3_length(edge) / (double)mesh->triangle_count;
+    }
+    return (float)sum;
+}
+
+static bool render_springls(const struct model_frame *frame, const struct raycast_camera *camera, struct pattern *pattern,
                             const struct model_view *view, struct image *picture)
 {
-    struct raycast_scene scene = scene_of(soup, camera);
-    const size_t count = (size_t)soup->triangle_count;
-    float *positions = malloc((count + 1) * 12 * sizeof *positions);
-    if (!positions) {
+    const size_t most = (size_t)frame->soup.triangle_count + (size_t)frame->surface.triangle_count;
+    struct raycast_scene scene = scene_of(&frame->soup, camera);
+    struct patchwork work = {malloc((most + 1) * 12 * sizeof *work.positions), NULL, 0, 0};
+    if (!work.positions) {
         return false;
     }
-    float *originals = positions + 9 * count;
-    scene.triangle_count = front_springls(soup, camera->eye, positions, originals);
-    scene.positions = positions;
-    scene.vertex_count = 3 * scene.triangle_count;
+    work.colors = work.positions + 9 * most;
+    add_springls(&work, &frame->soup, camera->eye, pattern, scene.base_color);
+    if (view->over_surface) {
+        add_surface(&work, &frame->surface, 0.3f * mean_edge(&frame->surface), color_rgb(0.52f, 0.60f, 0.74f));
+    }
+    scene.positions = work.positions;
+    scene.vertex_count = 3 * work.count;
+    scene.triangle_count = work.count;
+    scene.triangle_colors = work.colors;
+    scene.edged = work.edged;
     scene.style = RAYCAST_SPRINGL;
     scene.edge_width = 0.9f;
-    if (pattern) {
-        scene.triangle_originals = originals;
-        scene.color_at = pattern_color;
-        scene.color_user = pattern;
-    }
     const bool rendered = raycast_render(&scene, view_width(view), view_height(view), picture);
-    free(positions);
+    free(work.positions);
     return rendered;
 }
 
@@ -195,7 +227,7 @@ bool model_film_write(const struct model_frame *frames, int count, const struct 
     for (int f = 0; f < count && good; ++f) {
         const struct raycast_camera here = frame_camera(&camera, &frames[f], view->follow);
         good = render_surface(&frames[f].surface, &here, colors, view, &pictures[f])
-               && render_springls(&frames[f].soup, &here, colors, view, &pictures[count + f]);
+               && render_springls(&frames[f], &here, colors, view, &pictures[count + f]);
         captions[count + f] = frames[f].caption;
     }
     good = good && image_strip(pictures, captions, count * 2, count, color_rgb(1.0f, 1.0f, 1.0f), &strip)
@@ -206,5 +238,61 @@ bool model_film_write(const struct model_frame *frames, int count, const struct 
     image_free(&strip);
     free(pictures);
     free(captions);
+    return good;
+}
+
+/* The point of the surface nearest to the eye where the surface faces it. */
+static const float *foremost(const springls_mesh *surface, const float eye[3])
+{
+    const float *best = surface->positions;
+    float least = INFINITY;
+    for (size_t v = 0; v < (size_t)surface->vertex_count; ++v) {
+        float to_eye[3];
+        vec3_sub(eye, surface->positions + 3 * v, to_eye);
+        const float distance = vec3_normalize(to_eye);
+        if (distance < least && vec3_dot(to_eye, surface->normals + 3 * v) > 0.95f) {
+            best = surface->positions + 3 * v;
+            least = distance;
+        }
+    }
+    return best;
+}
+
+/* A square around a point, as large as what a camera with `zoom` sees of it. */
+static void mark_square(const struct raycast_camera *camera, const float point[3], float zoom, struct image *picture)
+{
+    const float width = (float)picture->width, height = (float)picture->height;
+    const struct raycast_frame frame = raycast_camera_frame(camera, width / height);
+    float d[3];
+    vec3_sub(point, camera->eye, d);
+    const float depth = vec3_dot(d, frame.forward);
+    const float x = 0.5f * width * (1.0f + vec3_dot(d, frame.right) / (depth * frame.half_width));
+    const float y = 0.5f * height * (1.0f - vec3_dot(d, frame.up) / (depth * frame.half_height));
+    const float dx = 0.5f * width / zoom, dy = 0.5f * height / zoom;
+    image_frame(picture, x - dx, y - dy, x + dx, y + dy, 1.5f, color_rgb(0.8f, 0.2f, 0.1f));
+}
+
+bool model_portrait_write(const struct model_frame *frame, const struct model_view *view, float zoom, const char *path)
+{
+    struct raycast_camera camera, close;
+    struct image pictures[2] = {{0, 0, NULL}, {0, 0, NULL}}, strip = {0, 0, NULL};
+    struct pattern pattern = film_pattern(frame), *colors = view->by_correspondence ? &pattern : NULL;
+    bool good = film_camera(frame, 1, view, &camera) && render_surface(&frame->surface, &camera, colors, view, &pictures[0]);
+    if (good) {
+        const float *point = foremost(&frame->surface, camera.eye);
+        char captions[2][48];
+        const char *const list[2] = {captions[0], captions[1]};
+        close = camera;
+        memcpy(close.target, point, sizeof close.target);
+        close.field_of_view /= zoom;
+        mark_square(&camera, point, zoom, &pictures[0]);
+        snprintf(captions[0], sizeof captions[0], "zero level, %d triangles", frame->surface.triangle_count);
+        snprintf(captions[1], sizeof captions[1], "springls, %d in all", frame->soup.triangle_count);
+        good = render_springls(frame, &close, colors, view, &pictures[1])
+               && image_strip(pictures, list, 2, 2, color_rgb(1.0f, 1.0f, 1.0f), &strip) && image_write_png(&strip, path);
+    }
+    image_free(&pictures[0]);
+    image_free(&pictures[1]);
+    image_free(&strip);
     return good;
 }

@@ -20,7 +20,11 @@ struct model_view {
     int width, height;         /* pixels of one picture; 0 = 420, and as high as wide */
     bool by_correspondence;    /* colour = place on the original surface; else grey */
     bool follow;               /* films: the camera moves along with the body, without turning */
+    bool over_surface;         /* springls lie on the pale zero level; else one looks through between them */
 };
+
+/* The zero level, and beside it springls nearby: what a small square in the first picture holds, `zoom` times as large. */
+bool model_portrait_write(const struct model_frame *frame, const struct model_view *view, float zoom, const char *path);
 
 /* Two rows of pictures, zero level above and springls below, one camera that sees all frames (or follows). */
 bool model_film_write(const struct model_frame *frames, int count, const struct model_view *view, const char *path);

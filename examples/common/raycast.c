@@ -15,7 +15,7 @@ struct renderer {
     struct raycast_frame frame;
     float *corners;   /* the soup that is drawn: 9 floats a triangle */
     float *normals;   /* smooth style: one a vertex */
-    float *occlusion; /* light that arrives, 0..1: one a vertex (smooth style) or a triangle */
+    float *occlusion; /* light that arrives, 0..1: one a vertex (smooth style) or a triangle; below 0: not known yet */
     float lo[3], hi[3];
     float originals_lo[3], originals_hi[3];
     float mean_edge;
@@ -94,6 +94,19 @@ static void make_normals(struct renderer *r)
     }
 }
 
+static void make_ray(const struct renderer *r, float x, float y, float origin[3],
+                     float direction[3]) /* x, y in -1..1 */
+{
+    const float sx = x * r->frame.half_width, sy = y * r->frame.half_height;
+    const float *eye = r->scene->camera.eye;
+    for (int i = 0; i < 3; ++i) {
+        const float offset = sx * r->frame.right[i] + sy * r->frame.up[i];
+        origin[i] = r->frame.perspective ? eye[i] : eye[i] + offset;
+        direction[i] = r->frame.perspective ? r->frame.forward[i] + offset : r->frame.forward[i];
+    }
+    vec3_normalize(direction);
+}
+
 /* Share of the sky seen from a point. The directions are the same everywhere (weighted by the cosine), so that
  * neighbouring points differ smoothly: no noise, and no random numbers. */
 static float sky_share(const struct renderer *r, const float point[3], const float normal[3], float reach)
@@ -115,28 +128,63 @@ static float sky_share(const struct renderer *r, const float point[3], const flo
     return sum > 0.0f ? seen / sum : 1.0f;
 }
 
-static void make_occlusion(struct renderer *r)
+/* Of a vertex (smooth style) or a triangle. */
+static float occlusion(const struct renderer *r, size_t i)
+{
+    const float size[3] = {r->hi[0] - r->lo[0], r->hi[1] - r->lo[1], r->hi[2] - r->lo[2]};
+    const float reach = 0.35f * vec3_length(size), *c = r->corners + 9 * i;
+    if (r->smooth) {
+        return sky_share(r, r->scene->positions + 3 * i, r->normals + 3 * i, reach);
+    }
+    float normal[3], center[3];
+    vec3_triangle_normal(c, normal);
+    for (int k = 0; k < 3; ++k) {
+        center[k] = (c[k] + c[3 + k] + c[6 + k]) / 3.0f;
+    }
+    return sky_share(r, center, normal, reach);
+}
+
+/* Most of a scene is not seen: only what the rays through the pixels' middles meet gets its value beforehand. */
+static bool make_occlusion(struct renderer *r, int width, int height)
 {
     const struct raycast_scene *scene = r->scene;
-    const float size[3] = {r->hi[0] - r->lo[0], r->hi[1] - r->lo[1], r->hi[2] - r->lo[2]};
-    const float reach = 0.35f * vec3_length(size);
-    const long count = (long)(r->smooth ? scene->vertex_count : scene->triangle_count);
+    const long count = (long)(r->smooth ? scene->vertex_count : scene->triangle_count), pixels = (long)width * height;
+    const float pixel = 2.0f / (float)height;
+    long *met = malloc((size_t)pixels * sizeof *met); /* the triangle, or -1 */
+    if (!met) {
+        return false;
+    }
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 512)
+#endif
+    for (long p = 0; p < pixels; ++p) {
+        float origin[3], direction[3];
+        struct bvh_hit hit;
+        const float x = 2.0f * ((float)(p % width) + 0.5f) / (float)width - 1.0f, y = 1.0f - pixel * ((float)(p / width) + 0.5f);
+        make_ray(r, x, y, origin, direction);
+        met[p] = bvh_nearest_hit(&r->bvh, origin, direction, 0.0f, INFINITY, &hit) ? (long)hit.triangle : -1;
+    }
+    for (long i = 0; i < count; ++i) {
+        r->occlusion[i] = -1.0f;
+    }
+    for (long p = 0; p < pixels; ++p) {
+        for (size_t k = 0; met[p] >= 0 && k < (r->smooth ? 3 : 1); ++k) {
+            r->occlusion[r->smooth ? corner_vertex(scene, (size_t)met[p], k) : (size_t)met[p]] = 0.0f;
+        }
+    }
+    free(met);
 #if defined(_OPENMP)
     #pragma omp parallel for schedule(dynamic, 256)
 #endif
     for (long i = 0; i < count; ++i) {
-        if (r->smooth) {
-            r->occlusion[i] = sky_share(r, scene->positions + 3 * i, r->normals + 3 * i, reach);
-        } else {
-            const float *c = r->corners + 9 * i;
-            float normal[3], center[3];
-            vec3_triangle_normal(c, normal);
-            for (int k = 0; k < 3; ++k) {
-                center[k] = (c[k] + c[3 + k] + c[6 + k]) / 3.0f;
-            }
-            r->occlusion[i] = sky_share(r, center, normal, reach);
-        }
+        r->occlusion[i] = r->occlusion[i] < 0.0f ? -1.0f : occlusion(r, (size_t)i);
     }
+    return true;
+}
+
+static float occlusion_at(const struct renderer *r, size_t i)
+{
+    return r->occlusion[i] < 0.0f ? occlusion(r, i) : r->occlusion[i];
 }
 
 static struct color surface_color(const struct renderer *r, size_t triangle, const float w[3])
@@ -224,9 +272,9 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
         memcpy(normal, face, sizeof normal);
     }
     if (r->occlusion) {
-        sky = r->smooth ? 0.0f : r->occlusion[t];
+        sky = r->smooth ? 0.0f : occlusion_at(r, t);
         for (size_t k = 0; r->smooth && k < 3; ++k) {
-            sky += w[k] * r->occlusion[corner_vertex(scene, t, k)];
+            sky += w[k] * occlusion_at(r, corner_vertex(scene, t, k));
         }
     }
     if (vec3_dot(face, direction) > 0.0f) { /* seen from behind: an open surface or a hole; tinted so that it shows */
@@ -236,7 +284,7 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
         color = color_mix(color, color_rgb(0.45f, 0.35f, 0.40f), 0.5f);
         sky = 0.5f;
     }
-    if (scene->style == RAYCAST_SPRINGL) {
+    if (scene->style == RAYCAST_SPRINGL && (scene->edged == 0 || t < scene->edged)) {
         const float pixel =
             pixel_at_one * (r->frame.perspective ? hit.t * vec3_dot(direction, r->frame.forward) : 1.0f);
         const float width = scene->edge_width > 0.0f ? scene->edge_width : 1.2f;
@@ -249,19 +297,6 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
             color_mix(color, color_rgb(0.12f * color.r, 0.12f * color.g, 0.14f * color.b), 0.8f * dark * sqrtf(room));
     }
     return shade(r, color, normal, direction, sky);
-}
-
-static void make_ray(const struct renderer *r, float x, float y, float origin[3],
-                     float direction[3]) /* x, y in -1..1 */
-{
-    const float sx = x * r->frame.half_width, sy = y * r->frame.half_height;
-    const float *eye = r->scene->camera.eye;
-    for (int i = 0; i < 3; ++i) {
-        const float offset = sx * r->frame.right[i] + sy * r->frame.up[i];
-        origin[i] = r->frame.perspective ? eye[i] : eye[i] + offset;
-        direction[i] = r->frame.perspective ? r->frame.forward[i] + offset : r->frame.forward[i];
-    }
-    vec3_normalize(direction);
 }
 
 static void render_row(const struct renderer *r, struct image *image, int y)
@@ -352,9 +387,10 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
         if (r.smooth) {
             make_normals(&r);
         }
-        if (r.occlusion) {
-            make_occlusion(&r);
-        }
+        good = !r.occlusion || make_occlusion(&r, width, height);
+    }
+    if (!good) {
+        bvh_free(&r.bvh); /* nothing to hit: the background */
     }
 #if defined(_OPENMP)
     #pragma omp parallel for schedule(dynamic, 8)

@@ -70,6 +70,7 @@ struct raycast_scene {
     enum raycast_style style;
     float shrink;     /* springl style: each triangle drawn this much smaller about its centre, 0..0.9 */
     float edge_width; /* springl style: pixels; 0 = 1.2 */
+    size_t edged;     /* springl style: only the first `edged` triangles have dark edges; 0 = all */
     bool plain;       /* no ambient occlusion (faster) */
     struct color base_color, particle_color, mark_color; /* all zero = grey, red, yellow */
     struct color background_top, background_bottom;      /* all zero = light grey gradient */

@@ -1,3 +1,5 @@
+#define _POSIX_C_SOURCE 200809L
+
 #include "run_options.h"
 
 #include "progress.h"
@@ -8,6 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #ifdef _OPENMP
 #include <omp.h>
 #endif
@@ -87,14 +90,19 @@ static int set_params(const char *program, const char *set, springls_params *par
     return CLI_GO_ON;
 }
 
+/* Looked at before the run, not after it. */
 static int make_folder(const char *program, const char *path)
 {
+    const bool made = mkdir(path, 0777) == 0 || errno == EEXIST;
     struct stat info;
-    if (stat(path, &info) == 0 && S_ISDIR(info.st_mode)) {
-        return CLI_GO_ON;
+    if (!made) {
+        return cli_fail(program, CLI_EXIT_FAILURE, "cannot make the folder %s: %s", path, strerror(errno));
     }
-    return mkdir(path, 0777) == 0 ? CLI_GO_ON
-                                  : cli_fail(program, CLI_EXIT_FAILURE, "cannot make the folder %s: %s", path, strerror(errno));
+    if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
+        return cli_fail(program, CLI_EXIT_FAILURE, "%s is no folder", path);
+    }
+    return access(path, W_OK) == 0 ? CLI_GO_ON
+                                   : cli_fail(program, CLI_EXIT_FAILURE, "cannot write into %s: %s", path, strerror(errno));
 }
 
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params)

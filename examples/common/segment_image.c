@@ -1,8 +1,136 @@
 #include "segment_image.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 enum { OTSU_CLASSES = 1024, PERCENTILE_CLASSES = 4096 };
+
+/* ---- grids ---- */
+
+/* From voxels of `to` to voxels of `from`: rows of a 3x4 matrix. */
+static void voxel_map(const struct volume *to, const struct volume *from, float map[3][4])
+{
+    const float corners[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
+    float place[4][3], world[3];
+    for (int c = 0; c < 4; ++c) {
+        volume_index_to_world(to, corners[c], world);
+        volume_world_to_index(from, world, place[c]);
+    }
+    for (int r = 0; r < 3; ++r) {
+        map[r][3] = place[3][r];
+        for (int c = 0; c < 3; ++c) {
+            map[r][c] = place[c][r] - place[3][r];
+        }
+    }
+}
+
+static float trilinear(const int dims[3], const float *values, const float x[3])
+{
+    size_t low[3], high[3];
+    float t[3], row[4];
+    for (int a = 0; a < 3; ++a) {
+        const float inside = fmaxf(0.0f, fminf((float)(dims[a] - 1), x[a]));
+        low[a] = (size_t)inside;
+        high[a] = low[a] + 1 < (size_t)dims[a] ? low[a] + 1 : low[a];
+        t[a] = inside - (float)low[a];
+    }
+    for (int r = 0; r < 4; ++r) {
+        const size_t j = r & 1 ? high[1] : low[1], k = r & 2 ? high[2] : low[2];
+        const float *at = values + (size_t)dims[0] * (j + (size_t)dims[1] * k);
+        row[r] = at[low[0]] + t[0] * (at[high[0]] - at[low[0]]);
+    }
+    const float near = row[0] + t[1] * (row[1] - row[0]), far = row[2] + t[1] * (row[3] - row[2]);
+    return near + t[2] * (far - near);
+}
+
+void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result)
+{
+    float map[3][4];
+    voxel_map(to, from, map);
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = 0; k < to->dims[2]; ++k) {
+        float *out = result + (size_t)k * (size_t)to->dims[0] * (size_t)to->dims[1];
+        for (int j = 0; j < to->dims[1]; ++j) {
+            for (int i = 0; i < to->dims[0]; ++i) {
+                float x[3];
+                for (int r = 0; r < 3; ++r) {
+                    x[r] = map[r][0] * (float)i + map[r][1] * (float)j + map[r][2] * (float)k + map[r][3];
+                }
+                *out++ = trilinear(from->dims, values, x);
+            }
+        }
+    }
+}
+
+/* ---- intensities ---- */
+
+/* Along the line of `count` values that lie `stride` apart; beyond its ends it goes on with its last values. */
+static void blur_line(float *line, int count, size_t stride, const float *kernel, int reach, float *copy)
+{
+    for (int i = 0; i < count; ++i) {
+        copy[i] = line[(size_t)i * stride];
+    }
+    for (int i = 0; i < count; ++i) {
+        float sum = kernel[0] * copy[i];
+        for (int d = 1; d <= reach; ++d) {
+            sum += kernel[d] * (copy[i - d > 0 ? i - d : 0] + copy[i + d < count ? i + d : count - 1]);
+        }
+        line[(size_t)i * stride] = sum;
+    }
+}
+
+/* Half a Gaussian kernel of 3 standard deviations (in voxels); kernel has reach + 1 weights. */
+static void gaussian(float deviation, int reach, float *kernel)
+{
+    float sum = 0.0f;
+    for (int d = 0; d <= reach; ++d) {
+        kernel[d] = expf(-0.5f * (float)(d * d) / (deviation * deviation));
+        sum += d > 0 ? 2.0f * kernel[d] : kernel[d];
+    }
+    for (int d = 0; d <= reach; ++d) {
+        kernel[d] /= sum;
+    }
+}
+
+bool segment_blur(const struct volume *image, float size, float *values)
+{
+    const size_t strides[3] = {1, (size_t)image->dims[0], (size_t)image->dims[0] * (size_t)image->dims[1]};
+    bool good = true;
+    for (int a = 0; a < 3 && good; ++a) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        const float variance = 0.25f * (size * size / (image->spacing[a] * image->spacing[a]) - 1.0f);
+        if (!(variance > 0.01f)) {
+            continue;
+        }
+        const int reach = (int)ceilf(3.0f * sqrtf(variance));
+        float *kernel = malloc((size_t)(reach + 1) * sizeof *kernel);
+        bool *done = calloc((size_t)image->dims[c], sizeof *done);
+        good = kernel && done;
+        if (good) {
+            gaussian(sqrtf(variance), reach, kernel);
+        }
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+        for (int p = 0; p < (good ? image->dims[c] : 0); ++p) {
+            float *copy = malloc((size_t)image->dims[a] * sizeof *copy);
+            for (int q = 0; copy && q < image->dims[b]; ++q) {
+                float *line = values + (size_t)p * strides[c] + (size_t)q * strides[b];
+                blur_line(line, image->dims[a], strides[a], kernel, reach, copy);
+            }
+            done[p] = copy != NULL;
+            free(copy);
+        }
+        for (int p = 0; good && p < image->dims[c]; ++p) {
+            good = done[p];
+        }
+        free(kernel);
+        free(done);
+    }
+    return good;
+}
 
 /* The class of a value among `classes` equal ones between low and high. */
 static int class_of(float value, double low, double high, int classes)
@@ -53,12 +181,58 @@ float segment_otsu(const struct volume *image)
     return (float)(low + (high - low) * (0.5 * (first + last) + 1) / OTSU_CLASSES);
 }
 
-void segment_pressure(const struct volume *image, float low, float high, float ramp, float *pressure)
+static size_t voxel_index(const int dims[3], const int place[3])
 {
-    const size_t total = volume_voxels(image);
-    for (size_t n = 0; n < total; n++) {
-        const float inside = fminf(image->data[n] - low, high - image->data[n]) / ramp;
-        pressure[n] = fmaxf(-1, fminf(1, inside));
+    return (size_t)place[0] + (size_t)dims[0] * ((size_t)place[1] + (size_t)dims[1] * (size_t)place[2]);
+}
+
+/* How much the intensity changes over `size` mm at a voxel: central differences. */
+static float change(const struct volume *image, const float *values, const int place[3], float size)
+{
+    const size_t strides[3] = {1, (size_t)image->dims[0], (size_t)image->dims[0] * (size_t)image->dims[1]};
+    const size_t at = voxel_index(image->dims, place);
+    float sum = 0.0f;
+    for (int a = 0; a < 3; ++a) {
+        const bool up = place[a] + 1 < image->dims[a], down = place[a] > 0;
+        const float length = image->spacing[a] * (up && down ? 2.0f : 1.0f);
+        const float slope = (values[up ? at + strides[a] : at] - values[down ? at - strides[a] : at]) / length;
+        sum += slope * slope;
+    }
+    return size * sqrtf(sum);
+}
+
+/* mm from the face of the image's box, negative inside. */
+static float box_distance(const struct volume *image, const int place[3])
+{
+    float distance = -INFINITY;
+    for (int a = 0; a < 3; ++a) {
+        const float half = 0.5f * (float)image->dims[a], from_middle = fabsf((float)place[a] + 0.5f - half);
+        distance = fmaxf(distance, image->spacing[a] * (from_middle - half));
+    }
+    return distance;
+}
+
+void segment_pressure(const struct volume *image, const float *values, float low, float high, float ramp, float size,
+                      const struct volume *padded)
+{
+    const int margin = (padded->dims[0] - image->dims[0]) / 2;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = -margin; k < image->dims[2] + margin; ++k) {
+        float *pressure = padded->data + (size_t)(k + margin) * (size_t)padded->dims[0] * (size_t)padded->dims[1];
+        for (int j = -margin; j < image->dims[1] + margin; ++j) {
+            for (int i = -margin; i < image->dims[0] + margin; ++i, ++pressure) {
+                const int place[3] = {i, j, k};
+                const float border = -box_distance(image, place) / size;
+                *pressure = fmaxf(-1.0f, border);
+                if (border > 0.0f) {
+                    const float value = values[voxel_index(image->dims, place)];
+                    const float inside = fminf(value - low, high - value) / fmaxf(ramp, change(image, values, place, size));
+                    *pressure = fmaxf(-1.0f, fminf(fminf(1.0f, inside), border));
+                }
+            }
+        }
     }
 }
 
@@ -76,37 +250,109 @@ size_t segment_mask(const struct volume *labels, const int *wanted, int count, u
     return set;
 }
 
-void segment_distance(const struct volume *image, const float *phi, float *distance)
+/* ---- parts ---- */
+
+/* Gives the number `part` to everything that hangs together with `first` on its side of zero; returns how much that is. */
+static int flood(const int dims[3], const float *phi, int first, int part, int *parts, int *queue)
+{
+    const int strides[3] = {1, dims[0], dims[0] * dims[1]};
+    int count = 1;
+    queue[0] = first;
+    parts[first] = part;
+    for (int done = 0; done < count; ++done) {
+        const int at = queue[done];
+        for (int a = 0; a < 3; ++a) {
+            const int place = at / strides[a] % dims[a];
+            for (int d = -1; d <= 1; d += 2) {
+                const int next = at + d * strides[a];
+                if (place + d >= 0 && place + d < dims[a] && parts[next] == 0 && (phi[next] < 0.0f) == (phi[first] < 0.0f)) {
+                    parts[next] = part;
+                    queue[count++] = next;
+                }
+            }
+        }
+    }
+    return count;
+}
+
+bool segment_keep_largest(const int dims[3], float *phi)
+{
+    const int total = dims[0] * dims[1] * dims[2];
+    int *parts = calloc((size_t)total, sizeof *parts), *queue = malloc((size_t)total * sizeof *queue);
+    int part = 0, largest[2] = {0, 0}, size[2] = {0, 0}; /* of what is above zero, of what is below */
+    for (int n = 0; parts && queue && n < total; ++n) {
+        if (parts[n] == 0) {
+            const int below = phi[n] < 0.0f, count = flood(dims, phi, n, ++part, parts, queue);
+            largest[below] = count > size[below] ? part : largest[below];
+            size[below] = count > size[below] ? count : size[below];
+        }
+    }
+    for (int n = 0; parts && queue && n < total; ++n) {
+        phi[n] = parts[n] == largest[0] || parts[n] == largest[1] ? phi[n] : -phi[n];
+    }
+    const bool good = parts && queue;
+    free(parts);
+    free(queue);
+    return good;
+}
+
+/* ---- distances ---- */
+
+/* The smallest solution d of sum over the axes of (max(d - a, 0) / h)^2 = 1: a[] the nearer neighbours' distances. */
+static float eikonal(float a[3], float h[3])
+{
+    float sum = 0.0f, linear = 0.0f, square = 0.0f, d = INFINITY;
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2 - i; ++j) {
+            if (a[j + 1] < a[j]) {
+                const float t = a[j], u = h[j];
+                a[j] = a[j + 1];
+                h[j] = h[j + 1];
+                a[j + 1] = t;
+                h[j + 1] = u;
+            }
+        }
+    }
+    for (int i = 0; i < 3 && a[i] < d; ++i) {
+        const float w = 1.0f / (h[i] * h[i]);
+        sum += w;
+        linear += w * a[i];
+        square += w * a[i] * a[i];
+        d = (linear + sqrtf(fmaxf(0.0f, linear * linear - sum * (square - 1.0f)))) / sum;
+    }
+    return d;
+}
+
+static float nearer(const float *distance, size_t at, size_t stride, int place, int size)
+{
+    const float before = place > 0 ? fabsf(distance[at - stride]) : INFINITY;
+    return fminf(before, place + 1 < size ? fabsf(distance[at + stride]) : INFINITY);
+}
+
+void segment_extend_distance(const struct volume *image, float known, float *distance)
 {
     const int *dims = image->dims;
     const size_t strides[3] = {1, (size_t)dims[0], (size_t)dims[0] * (size_t)dims[1]};
-    const float smallest = fminf(image->spacing[0], fminf(image->spacing[1], image->spacing[2]));
-    const float largest = fmaxf(image->spacing[0], fmaxf(image->spacing[1], image->spacing[2]));
-    const bool uniform = largest - smallest <= 1e-4f * largest;
-    for (int k = 0; k < dims[2]; k++)
-        for (int j = 0; j < dims[1]; j++)
-            for (int i = 0; i < dims[0]; i++) {
-                const int place[3] = {i, j, k};
-                const size_t n = (size_t)i * strides[0] + (size_t)j * strides[1] + (size_t)k * strides[2];
-                float voxels = 0, world = 0; /* squared lengths of the gradient */
-                for (int a = 0; a < 3 && !uniform; a++) {
-                    const size_t up = place[a] + 1 < dims[a] ? strides[a] : 0, down = place[a] > 0 ? strides[a] : 0;
-                    const float slope = (phi[n + up] - phi[n - down]) / (up && down ? 2.0f : 1.0f);
-                    voxels += slope * slope;
-                    world += slope * slope / (image->spacing[a] * image->spacing[a]);
+    const size_t total = volume_voxels(image);
+    for (size_t n = 0; n < total; ++n) {
+        distance[n] = fabsf(distance[n]) < known ? distance[n] : copysignf(1e9f, distance[n]);
+    }
+    for (int sweep = 0; sweep < 8; ++sweep) {
+        for (int z = 0; z < dims[2]; ++z) {
+            for (int y = 0; y < dims[1]; ++y) {
+                for (int x = 0; x < dims[0]; ++x) {
+                    const int i = sweep & 1 ? dims[0] - 1 - x : x, j = sweep & 2 ? dims[1] - 1 - y : y;
+                    const int k = sweep & 4 ? dims[2] - 1 - z : z;
+                    const size_t at = (size_t)i + strides[1] * (size_t)j + strides[2] * (size_t)k;
+                    if (fabsf(distance[at]) < known) {
+                        continue;
+                    }
+                    float h[3] = {image->spacing[0], image->spacing[1], image->spacing[2]};
+                    float a[3] = {nearer(distance, at, strides[0], i, dims[0]), nearer(distance, at, strides[1], j, dims[1]),
+                                  nearer(distance, at, strides[2], k, dims[2])};
+                    distance[at] = copysignf(fmaxf(known, fminf(fabsf(distance[at]), eikonal(a, h))), distance[at]);
                 }
-                /* far away phi is constant and has no direction: the smallest spacing never says too much */
-                distance[n] = phi[n] * (voxels > 0.01f ? sqrtf(voxels / world) : smallest);
             }
-}
-
-double segment_motion(const float *before, const float *after, size_t count)
-{
-    double sum = 0, near = 0;
-    for (size_t n = 0; n < count; n++)
-        if (fabsf(before[n]) < 1 || fabsf(after[n]) < 1) {
-            sum += fabs((double)after[n] - (double)before[n]);
-            near += 1;
         }
-    return near > 0 ? sum / near : 0;
+    }
 }

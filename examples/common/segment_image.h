@@ -6,24 +6,35 @@
 
 #include <stdint.h>
 
+/* Trilinear: values on one grid at the voxels of another; beyond the outermost voxels they stay constant. */
+void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result);
+
+/* Takes details away that voxels of `size` mm cannot hold: a Gaussian along every axis with smaller ones. A voxel's own
+ * width counts as a standard deviation of half of it. False: memory is short. */
+bool segment_blur(const struct volume *image, float size, float *values);
+
 /* Otsu's threshold over 1024 classes between the 0.1st and the 99.9th percentile. */
 float segment_otsu(const struct volume *image);
 
 /* The intensity below which `share` (0..1) of the voxels lie, within 1/4096 of the range. */
 float segment_percentile(const struct volume *image, double share);
 
-/* -1..1, positive where low < intensity < high: the distance to the nearer bound over `ramp`. */
-void segment_pressure(const struct volume *image, float low, float high, float ramp, float *pressure);
+/* -1..1, positive where low < intensity < high: how far the intensity is inside, over `ramp`; where the intensity changes
+ * by more than that over `size` mm, over this change. So the pressure never changes much faster than by 1 over `size`, and
+ * what it pushes does not shoot over the level. Beyond the image it falls to -1 over `size`. padded: the image's grid with
+ * a margin. */
+void segment_pressure(const struct volume *image, const float *values, float low, float high, float ramp, float size,
+                      const struct volume *padded);
 
 /* mask: 1 where the volume has one of the labels; count = 0: where it is not 0. Returns the voxels set. */
 size_t segment_mask(const struct volume *labels, const int *wanted, int count, uint8_t *mask);
 
-/* Millimetres from a level set in voxels: phi over the length of its gradient in the world. The same to first order
- * near the surface for any spacing, and exact where the spacing is uniform. */
-void segment_distance(const struct volume *image, const float *phi, float *distance);
+/* Of the voxels below zero only the largest part stays (joined through faces); the others become their opposite, and so
+ * does what lies above zero but is closed in. False: memory is short. */
+bool segment_keep_largest(const int dims[3], float *phi);
 
-/* How far the surface moved between two level sets: the mean of |after - before|, voxels, where either is within one
- * voxel of the surface. */
-double segment_motion(const float *before, const float *after, size_t count);
+/* A distance in mm that is right where it is less than `known` becomes a distance everywhere, to first order
+ * (|grad| = 1 by fast sweeping, Zhao 2005). */
+void segment_extend_distance(const struct volume *image, float known, float *distance);
 
 #endif

@@ -58,37 +58,40 @@ static float contour_value(float value, const struct slices_contour *contour)
     return contour->label > 0.0f ? (value == contour->label ? -0.5f : 0.5f) : value - contour->level;
 }
 
-/* Middle of the box around everything inside a contour, else of the volume. */
-static void find_center(const struct slices_view *view, int center[3])
+/* Along every axis the slice with the most inside the first contour, the one nearest to the middle of equals. */
+static bool find_center(const struct slices_view *view, int center[3])
 {
-    const struct volume *volume = view->volume;
-    int lo[3], hi[3];
-    for (int i = 0; i < 3; ++i) {
-        lo[i] = volume->dims[i];
-        hi[i] = -1;
+    const int *dims = view->volume->dims;
+    for (int a = 0; a < 3; ++a) {
+        center[a] = view->center[a] < dims[a] ? view->center[a] : dims[a] - 1;
     }
-    for (int c = 0; c < view->contour_count; ++c) {
-        const float *value = view->contours[c].data;
-        for (int k = 0; k < volume->dims[2]; ++k) {
-            for (int j = 0; j < volume->dims[1]; ++j) {
-                for (int i = 0; i < volume->dims[0]; ++i, ++value) {
-                    if (contour_value(*value, &view->contours[c]) < 0.0f) {
-                        const int index[3] = {i, j, k};
-                        for (int a = 0; a < 3; ++a) {
-                            lo[a] = index[a] < lo[a] ? index[a] : lo[a];
-                            hi[a] = index[a] > hi[a] ? index[a] : hi[a];
-                        }
-                    }
-                }
+    if (center[0] >= 0 && center[1] >= 0 && center[2] >= 0) {
+        return true;
+    }
+    size_t *counts = calloc((size_t)dims[0] + (size_t)dims[1] + (size_t)dims[2], sizeof *counts);
+    size_t *const along[3] = {counts, counts + dims[0], counts + dims[0] + dims[1]};
+    const float *value = view->contour_count > 0 ? view->contours[0].data : NULL;
+    for (int k = 0; counts && k < dims[2]; ++k) {
+        for (int j = 0; value && j < dims[1]; ++j) {
+            for (int i = 0; i < dims[0]; ++i, ++value) {
+                const size_t inside = contour_value(*value, &view->contours[0]) < 0.0f;
+                along[0][i] += inside;
+                along[1][j] += inside;
+                along[2][k] += inside;
             }
         }
     }
-    for (int a = 0; a < 3; ++a) {
-        const int middle = hi[a] >= 0 ? (lo[a] + hi[a]) / 2 : volume->dims[a] / 2;
-        center[a] = view->center[a] < 0                 ? middle
-                    : view->center[a] < volume->dims[a] ? view->center[a]
-                                                        : volume->dims[a] - 1;
+    for (int a = 0; counts && a < 3; ++a) {
+        const int middle = dims[a] / 2;
+        int best = middle;
+        for (int i = 0; i < dims[a]; ++i) {
+            const bool nearer = abs(i - middle) < abs(best - middle);
+            best = along[a][i] > along[a][best] || (along[a][i] == along[a][best] && nearer) ? i : best;
+        }
+        center[a] = center[a] < 0 ? best : center[a];
     }
+    free(counts);
+    return counts != NULL;
 }
 
 static int compare_floats(const void *a, const void *b)
@@ -205,24 +208,34 @@ static void draw_contour(const struct volume *volume, const struct plane *p, con
     }
 }
 
-static void draw_letters(const struct plane *p, struct image *image)
+/* A letter that can be read on any grey. */
+static void draw_letter(struct image *image, float x, float y, float anchor, const char *text)
 {
-    const struct color ink = {0.75f, 0.80f, 0.85f};
-    const float w = (float)p->width, h = (float)p->height;
-    image_text(image, 6.0f, 0.5f * h, 8.0f, 0.0f, ink, p->left);
-    image_text(image, w - 6.0f, 0.5f * h, 8.0f, 1.0f, ink, p->right);
-    image_text(image, 0.5f * w, 14.0f, 8.0f, 0.5f, ink, p->top);
-    image_text(image, 0.5f * w, h - 6.0f, 8.0f, 0.5f, ink, p->bottom);
+    for (int d = 0; d < 9; ++d) {
+        image_text(image, x + (float)(d % 3 - 1), y + (float)(d / 3 - 1), 8.0f, anchor, color_rgb(0.0f, 0.0f, 0.0f), text);
+    }
+    image_text(image, x, y, 8.0f, anchor, color_rgb(0.95f, 0.95f, 0.6f), text);
 }
 
-static void make_planes(const struct slices_view *view, struct plane planes[3])
+static void draw_letters(const struct plane *p, struct image *image)
+{
+    const float w = (float)p->width, h = (float)p->height;
+    draw_letter(image, 6.0f, 0.5f * h, 0.0f, p->left);
+    draw_letter(image, w - 6.0f, 0.5f * h, 1.0f, p->right);
+    draw_letter(image, 0.5f * w, 14.0f, 0.5f, p->top);
+    draw_letter(image, 0.5f * w, h - 6.0f, 0.5f, p->bottom);
+}
+
+static bool make_planes(const struct slices_view *view, struct plane planes[3])
 {
     const struct volume *volume = view->volume;
     int axis[3], center[3];
     bool against[3];
     float tallest = 0.0f;
     patient_axes(volume, axis, against);
-    find_center(view, center);
+    if (!find_center(view, center)) {
+        return false;
+    }
     const struct plane made[3] = {
         /* picture x towards the patient's left (world -x), y towards posterior; and so on */
         {axis[0], axis[1], axis[2], !against[0], !against[1], 0, "axial", "R", "L", "A", "P", 0, 0, 0.0f, 0.0f},
@@ -243,6 +256,7 @@ static void make_planes(const struct slices_view *view, struct plane planes[3])
         planes[p].scale_u = (float)planes[p].width / (float)volume->dims[planes[p].u];
         planes[p].scale_v = (float)planes[p].height / (float)volume->dims[planes[p].v];
     }
+    return true;
 }
 
 /* Title above, legend below the strip. */
@@ -285,8 +299,7 @@ bool slices_render(const struct slices_view *view, struct image *result)
     memset(pictures, 0, sizeof pictures);
     memset(&strip, 0, sizeof strip);
     memset(result, 0, sizeof *result);
-    make_planes(view, planes);
-    bool good = find_window(view, planes, &lo, &hi);
+    bool good = make_planes(view, planes) && find_window(view, planes, &lo, &hi);
     for (int p = 0; p < 3 && good; ++p) {
         good = image_create(&pictures[p], planes[p].width, planes[p].height, background);
         if (good) {

@@ -23,7 +23,7 @@ struct slices_view {
     const struct volume *volume;
     const struct slices_contour *contours;
     int contour_count;
-    int center[3]; /* voxel through which the slices go; negative = middle of the contours, or the volume */
+    int center[3]; /* voxel through which the slices go; negative = where the first contour holds the most */
     float window_lo, window_hi; /* grey range; equal = from the 1st to the 99.5th percentile of what is shown */
     int height;                 /* pixels of the tallest slice; 0 = 420 */
     const char *title;

@@ -257,6 +257,41 @@ bool volume_create(const int dims[3], const float spacing[3], const float origin
     return true;
 }
 
+/* A volume whose box has the same middle and the same axes as that of `like`. */
+static bool create_over(const struct volume *like, const int dims[3], const float spacing[3], struct volume *volume)
+{
+    const float origin[3] = {0.0f, 0.0f, 0.0f};
+    if (!volume_create(dims, spacing, origin, volume)) {
+        return false;
+    }
+    memcpy(volume->affine, like->affine, sizeof volume->affine);
+    for (int a = 0; a < 3; ++a) {
+        const double step = (double)spacing[a] / (double)like->spacing[a];
+        const double first = 0.5 * ((double)(like->dims[a] - 1) - step * (double)(dims[a] - 1));
+        for (int r = 0; r < 3; ++r) {
+            volume->affine[r][3] += first * like->affine[r][a];
+            volume->affine[r][a] = step * like->affine[r][a];
+        }
+    }
+    return volume_set_geometry(volume);
+}
+
+bool volume_create_padded(const struct volume *like, int margin, struct volume *volume)
+{
+    const int dims[3] = {like->dims[0] + 2 * margin, like->dims[1] + 2 * margin, like->dims[2] + 2 * margin};
+    return create_over(like, dims, like->spacing, volume);
+}
+
+bool volume_create_cubes(const struct volume *like, float side, int margin, struct volume *volume)
+{
+    const float spacing[3] = {side, side, side};
+    int dims[3];
+    for (int a = 0; a < 3; ++a) {
+        dims[a] = (int)ceilf(like->spacing[a] * (float)like->dims[a] / side - 1e-3f) + 2 * margin;
+    }
+    return create_over(like, dims, spacing, volume);
+}
+
 void volume_free(struct volume *volume)
 {
     if (volume->header) {

@@ -39,6 +39,11 @@ bool volume_read(const char *path, int frame, struct volume *volume, char error[
 
 /* A zero-filled volume with the axes of the world. */
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume);
+
+/* Zero-filled volumes over the box of another one (which ends half a voxel beyond its outermost centres), along its axes.
+ * padded: the same voxels and `margin` more on every side. cubes: voxels with sides of `side` mm and `margin` more. */
+bool volume_create_padded(const struct volume *like, int margin, struct volume *volume);
+bool volume_create_cubes(const struct volume *like, float side, int margin, struct volume *volume);
 void volume_free(struct volume *volume);
 
 /* True if the two lie on the same voxel grid: equal sizes, affines within a thousandth of a voxel. */

@@ -1,0 +1,29 @@
+/* segment_model.h - what an active contour needs of the library: grid, starting shapes, and whether springls still move. */
+#ifndef EXAMPLES_COMMON_SEGMENT_MODEL_H
+#define EXAMPLES_COMMON_SEGMENT_MODEL_H
+
+#include "springls.h"
+#include "volume.h"
+
+springls_grid_desc segment_model_grid(const struct volume *grid);
+
+/* shape: "sphere", "cube", "torus" or "metasphere"; centre and radius (or half side) in mm. */
+springls_status segment_model_shape(springls_context *ctx, const char *shape, const float center[3], float radius);
+
+/* The surface of a mask on the model's grid. */
+springls_status segment_model_mask(springls_context *ctx, const uint8_t *mask, size_t count);
+
+/* Where springls were when they were last looked at. Zero it before the first look. */
+struct segment_watch {
+    uint32_t *ids;
+    float *particles;
+    int count, room;
+};
+
+/* The share of springls whose particle has moved by more than `still` voxels, along the springl's normal, since the last
+ * look; 1 at the first look. Motion along the surface does not change the shape, and springls that have come since have
+ * no motion to tell. False: memory is short. */
+bool segment_watch_look(struct segment_watch *watch, const springls_context *ctx, float still, float *moving);
+void segment_watch_free(struct segment_watch *watch);
+
+#endif

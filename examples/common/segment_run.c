@@ -1,0 +1,209 @@
+/* segment_run.c - the contour's way to the object, for segment.h. */
+#include "segment.h"
+
+#include "progress.h"
+#include "run_options.h"
+#include "segment_image.h"
+#include "segment_model.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LOOK_EVERY = 10, MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
+
+/* Springls are at rest when fewer than this share of them still moves, with more than this part of the speed at full
+ * pressure. Measured on bones and a brain: the share falls from 1 to .05 in 20 steps of a grid, and the volume changes by
+ * less than 1 % after it has come below .02. It never becomes 0: parts thinner than a voxel come and go. */
+static const float rest_share = 0.02f, rest_speed = 0.05f;
+
+/* Grid, pressure and an empty model with voxels of `side` mm. `coarse` receives the grid before. */
+static bool enter_level(struct segment *run, float side, struct volume *coarse)
+{
+    *coarse = run->grid;
+    memset(&run->grid, 0, sizeof run->grid);
+    const float *spacing = run->image.spacing;
+    const int margin = (int)ceilf(side / fminf(spacing[0], fminf(spacing[1], spacing[2])));
+    volume_free(&run->pressure);
+    if (!volume_create_cubes(&run->image, side, MARGIN, &run->grid)
+        || !volume_create_padded(&run->image, margin, &run->pressure)) {
+        return segment_no_memory();
+    }
+    float *blurred = malloc(run->voxels * sizeof *blurred);
+    if (!blurred) {
+        return segment_no_memory();
+    }
+    memcpy(blurred, run->image.data, run->voxels * sizeof *blurred);
+    const bool fine = segment_blur(&run->image, side, blurred);
+    segment_pressure(&run->image, blurred, run->low, run->high, run->ramp, side, &run->pressure);
+    free(blurred);
+    if (!fine) {
+        return segment_no_memory();
+    }
+    springls_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.grid = segment_model_grid(&run->grid);
+    desc.params = &run->params;
+    springls_destroy(run->ctx);
+    run->ctx = NULL;
+    return run_create("segment", &desc, &run->ctx) == CLI_GO_ON;
+}
+
+static bool take_frame(struct segment *run)
+{
+    char caption[48];
+    if (!run->set.common.out) {
+        return true;
+    }
+    if (run->frame_count == 0) {
+        snprintf(caption, sizeof caption, "start");
+    } else {
+        snprintf(caption, sizeof caption, "step %d, voxels of %.3g mm", run->steps, (double)run->grid.spacing[0]);
+    }
+    return model_frame_take(run->ctx, caption, &run->frames[run->frame_count++]) || segment_no_memory();
+}
+
+/* Steps on one grid until the springls are at rest. */
+static bool settle(struct segment *run, struct progress *bar)
+{
+    const struct segment_settings *set = &run->set;
+    struct segment_watch watch;
+    springls_forces forces;
+    springls_step_desc step;
+    const float still = rest_speed * (float)set->speed * (float)LOOK_EVERY;
+    bool fine = true;
+    memset(&watch, 0, sizeof watch);
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.pressure_grid.data = run->pressure.data;
+    forces.pressure_grid.grid = segment_model_grid(&run->pressure);
+    forces.curvature_weight = (float)set->curvature;
+    forces.integrator = SPRINGLS_EULER; /* the way does not matter, only where it ends */
+    step.forces = &forces;
+    step.mode = SPRINGLS_FLUID;
+    step.dt = (float)set->speed; /* a pressure of 1 moves by this many voxels */
+    step.max_displacement = 0.75f; /* a higher speed is cut into sub-steps */
+    step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
+
+    run->at_rest = false;
+    fine = segment_watch_look(&watch, run->ctx, 0.0f, &run->moving) || segment_no_memory();
+    for (int s = 1; fine && s <= set->steps && !run->at_rest && springls_count(run->ctx) > 0; ++s) {
+        char note[64];
+        fine = segment_good(run->ctx, springls_step(run->ctx, &step), "step");
+        run->steps++;
+        if (fine && s % LOOK_EVERY == 0) {
+            fine = segment_watch_look(&watch, run->ctx, still, &run->moving) || segment_no_memory();
+            run->at_rest = run->moving < rest_share;
+        }
+        snprintf(note, sizeof note, "%d springls, %.1f %% moving", springls_count(run->ctx), 100.0 * (double)run->moving);
+        progress_update(bar, (size_t)run->steps, note);
+    }
+    segment_watch_free(&watch);
+    return fine;
+}
+
+static float longest_side(const struct volume *image)
+{
+    const float *spacing = image->spacing;
+    const int *dims = image->dims;
+    return fmaxf(spacing[0] * (float)dims[0], fmaxf(spacing[1] * (float)dims[1], spacing[2] * (float)dims[2]));
+}
+
+/* Of the finest grid's voxels, mm: by --grid; or as large as the image's ones, but not more than MOST_CELLS of them. */
+static float choose_side(const struct segment *run)
+{
+    const float *spacing = run->image.spacing, longest = longest_side(&run->image);
+    const float own = cbrtf(spacing[0] * spacing[1] * spacing[2]);
+    return run->set.common.grid > 0 ? longest / (float)run->set.common.grid : fmaxf(own, longest / (float)MOST_CELLS);
+}
+
+/* How many grids, each half as fine as the next. What starts at the object needs no coarser ones. */
+static int choose_levels(const struct segment *run, float cells)
+{
+    int levels = 1;
+    if (run->set.levels > 0 || !segment_starts_far(run)) {
+        return run->set.levels > 0 ? run->set.levels : 1;
+    }
+    while (levels < SEGMENT_MOST_LEVELS && ldexpf(cells, -levels) >= (float)LEAST_CELLS) {
+        levels++;
+    }
+    return levels;
+}
+
+static bool evolve(struct segment *run)
+{
+    const struct segment_settings *set = &run->set;
+    struct volume coarse;
+    struct progress bar;
+    bool fine = true, started = false;
+    const float finest = choose_side(run);
+    run->levels = choose_levels(run, longest_side(&run->image) / finest);
+    const double begin = elapsed_seconds();
+    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)run->levels, !segment_talks(run));
+    for (int level = run->levels - 1; fine && level >= 0; --level) {
+        fine = enter_level(run, ldexpf(finest, level), &coarse)
+            && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));
+        volume_free(&coarse);
+        fine = fine && (level < run->levels - 1 || take_frame(run)) && settle(run, &bar)
+            && segment_good(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
+        started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts afresh */
+        fine = fine && (!started || take_frame(run));
+    }
+    progress_end(&bar);
+    run->seconds = elapsed_seconds() - begin;
+    if (fine && !started) {
+        return segment_fail("the contour vanished after %d steps: start closer to the object", run->steps);
+    }
+    return fine && segment_good(run->ctx, springls_extract_mesh(run->ctx, &run->surface), "surface")
+        && segment_good(run->ctx, springls_measure(run->ctx, &run->measures), "measures");
+}
+
+/* Distances in mm and the mask on the image's grid. */
+static void map_back(struct segment *run)
+{
+    const float size = run->grid.spacing[0];
+    segment_resample(&run->grid, run->grid.data, &run->image, run->distance);
+    for (size_t n = 0; n < run->voxels; ++n) {
+        run->distance[n] *= size;
+        run->inside[n] = run->distance[n] < 0.0f;
+    }
+    if (run->set.common.out) {
+        segment_extend_distance(&run->image, 2.0f * size, run->distance);
+    }
+}
+
+bool segment_run(struct segment *run)
+{
+    if (!evolve(run)) {
+        return false;
+    }
+    map_back(run);
+    return true;
+}
+
+static struct surface as_surface(const springls_mesh *mesh)
+{
+    const struct surface surface = {mesh->positions, (const uint32_t *)(const void *)mesh->triangles,
+                                    (size_t)mesh->triangle_count};
+    return surface;
+}
+
+bool segment_compare(struct segment *run)
+{
+    const struct surface found = as_surface(&run->surface);
+    const float *spacing = run->image.spacing;
+    springls_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.grid = segment_model_grid(&run->image);
+    run->overlap = metrics_overlap_masks(run->inside, run->truth, run->voxels);
+    if (run_create("segment", &desc, &run->truth_ctx) != CLI_GO_ON
+        || !segment_good(run->truth_ctx, segment_model_mask(run->truth_ctx, run->truth, run->voxels), run->set.reference)
+        || !segment_good(run->truth_ctx, springls_extract_mesh(run->truth_ctx, &run->truth_surface), run->set.reference)) {
+        return false;
+    }
+    const struct surface truth = as_surface(&run->truth_surface);
+    const double tolerance = (double)fmaxf(spacing[0], fmaxf(spacing[1], spacing[2]));
+    run->has_distances = metrics_surface_distances(&found, &truth, 0, tolerance, &run->distances);
+    return true;
+}
