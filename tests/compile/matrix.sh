@@ -1,5 +1,6 @@
 #!/bin/bash
-# matrix.sh: is springls.h clean in every way it can be used, and does it do the same in all of them? A check passes when its commands succeed and say nothing.
+# matrix.sh: is springls.h clean in every way it can be used, and does it do the same in all of them? A check passes when its
+# commands succeed and say nothing.
 # From the repository's root. The last line is "N passed, N failed".
 set -u
 here=tests/compile
