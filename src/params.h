@@ -39,7 +39,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.curvature = 0.0f;
     p.project_level_set = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
-    p.nearest_rule = 2.0f;
+    p.nearest_rule = 1e6f;
     p.track_iterations = 4;
     p.track_step = 0.5f;
     p.vertex_velocity = 0;
