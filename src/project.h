@@ -48,7 +48,6 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 {
-    if (!ctx->params.project_level_set) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__near_build(ctx, 1.6f)); /* the band has moved: lists follow its bricks */
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
     springls__commit_phi(ctx);

@@ -11,7 +11,8 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 {
     int z;
     for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    return springls__project_level_set(ctx);
+    if (!ctx->params.project_level_set) return SPRINGLS_OK;
+    return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
 }
 
 /* Algorithm 2 after Advect. */
