@@ -34,6 +34,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       internal checks; the default is assert of <assert.h>. Wrong arguments never come here:
                               they return a status
+     SPRINGLS_NO_SIMD         plain C in the hot loops too. GCC and clang make vectors of 4 floats, of 8 where the target
+                              has AVX2 (-mavx2, -march=native); the results are the same bits
 
 
    STEP BY STEP
