@@ -83,7 +83,8 @@ static bool settle(struct segment *run, struct progress *bar)
     step.forces = &forces;
     step.mode = SPRINGLS_FLUID;
     step.dt = (float)set->speed; /* a pressure of 1 moves by this many voxels */
-    step.max_displacement = 0.75f; /* a higher speed is cut into sub-steps */
+    const float fastest = step.dt * (1.0f + 2.0f * forces.curvature_weight); /* the library clamps curvature at 2 */
+    step.max_displacement = fastest > 0.75f ? 0.75f : 0.0f; /* cut into sub-steps; below that without a look at speeds */
     step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
 
     run->at_rest = false;
