@@ -212,7 +212,7 @@ static void print_option(const struct cli_option *o)
     char left[96];
     const char *value = o->type == CLI_FLAG ? "" : o->choices ? o->choices : o->value ? o->value : "VALUE";
     snprintf(left, sizeof left, "--%s %s", o->name, value);
-    printf("  %-28s %s", left, o->help ? o->help : "");
+    printf(strlen(left) > 28 ? "  %s\n  %-28s %s" : "  %-28s%s %s", left, "", o->help ? o->help : "");
     switch (o->type) {
     case CLI_INT:
         printf(" [%d]", *(const int *)o->destination);
@@ -223,12 +223,16 @@ static void print_option(const struct cli_option *o)
     case CLI_FLOAT:
         printf(" [%g]", (double)*(const float *)o->destination);
         break;
-    case CLI_DOUBLE:
-        printf(" [%g]", *(const double *)o->destination);
+    case CLI_DOUBLE: /* NaN: no default, the help says what happens without */
+        if (!isnan(*(const double *)o->destination)) {
+            printf(" [%g]", *(const double *)o->destination);
+        }
         break;
     case CLI_FLOAT3: {
         const float *v = (const float *)o->destination;
-        printf(" [%g,%g,%g]", (double)v[0], (double)v[1], (double)v[2]);
+        if (!isnan(v[0])) {
+            printf(" [%g,%g,%g]", (double)v[0], (double)v[1], (double)v[2]);
+        }
         break;
     }
     case CLI_STRING:
