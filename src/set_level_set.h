@@ -118,7 +118,8 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
         n = springls__imin(part, g->active_count - i);
         job.active = g->active + i;
         springls__parallel(ctx, n, 2, springls__voxel_task, &job);
-        if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count)) return springls__fail(ctx, SPRINGLS_CANCELLED, "the input is cancelled");
+        if (springls__cancelled(ctx, (float)(i + n) / (float)g->active_count))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "the input is cancelled");
     }
     for (i = 0; i < g->active_count; i++)
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
@@ -131,40 +132,96 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
 
 typedef float (*springls__voxel_fn)(const void *arg, size_t index);
 
-/* From any function negative inside, of any scale: bricks where it changes sign, re-distanced outwards from there. */
-SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+/* Bricks in which the function changes sign, those at the border of the domain that are inside, and all around them: their
+   values are needed for slopes. */
+SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
     springls__grid *g = &ctx->grid;
-    int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], n = 0, brick, *list, x, y, z, pass;
+    const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
+    int n = 0, brick, *list, x, y, z, d;
+    uint8_t *wanted;
+    bool at_border;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    memset(wanted, 0, (size_t)bricks);
     for (brick = 0; brick < bricks; brick++) {
-        int o[3], inside = 0, seen = 0;
-        o[0] = 8 * (brick % g->bricks[0]);
-        o[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
-        o[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+        int o[3], inside = 0, seen = 0, at[3];
+        at[0] = brick % b[0];
+        at[1] = brick / b[0] % b[1];
+        at[2] = brick / (b[0] * b[1]);
+        for (d = 0; d < 3; d++) o[d] = 8 * at[d];
         for (z = springls__imax(o[2] - 1, 0); z < springls__imin(o[2] + 9, g->size[2]); z++)
             for (y = springls__imax(o[1] - 1, 0); y < springls__imin(o[1] + 9, g->size[1]); y++)
                 for (x = springls__imax(o[0] - 1, 0); x < springls__imin(o[0] + 9, g->size[0]); x++) {
                     float v = value(arg, (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z));
-                    if (v != v) return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is NaN", x, y, z);
+                    if (!(springls__fabs(v) <= FLT_MAX))
+                        return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
                     inside += v < 0.0f;
                     seen++;
                 }
         g->top[brick] = inside == seen ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        if (inside > 0 && (inside < seen || o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 8 >= g->size[0] || o[1] + 8 >= g->size[1] || o[2] + 8 >= g->size[2]))
-            list[n++] = brick; /* the border of the domain ends the object */
+        for (at_border = false, d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
+        if (inside == 0 || (inside == seen && !at_border)) continue;
+        for (d = 0; d < 27; d++) {
+            int i = at[0] + d % 3 - 1, j = at[1] + d / 3 % 3 - 1, k = at[2] + d / 9 - 1;
+            if (i >= 0 && j >= 0 && k >= 0 && i < b[0] && j < b[1] && k < b[2]) wanted[i + b[0] * (j + b[1] * k)] = 1;
+        }
     }
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, list, n));
-    for (n = 0; n < g->active_count; n++) {
-        float *phi = g->phi + (size_t)g->active[n] * SPRINGLS__BRICK_VOXELS;
+    for (brick = 0; brick < bricks; brick++)
+        if (wanted[brick]) list[n++] = brick;
+    return springls__grid_add_bricks(ctx, g, list, n);
+}
+
+/* The mean difference of neighbours on different sides; 1 if there are none. */
+SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
+{
+    float tile[SPRINGLS__TILE_VOXELS];
+    double sum = 0.0, count = 0.0;
+    int i, v, d;
+    for (i = 0; i < g->active_count; i++) {
+        springls__load_tile(g, g->phi, g->active[i], tile);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            static const int next[3] = { 1, SPRINGLS__TILE, SPRINGLS__TILE * SPRINGLS__TILE };
+            const float *c = tile + springls__tile_index(v & 7, v >> 3 & 7, v >> 6);
+            for (d = 0; d < 3; d++) {
+                if ((*c < 0.0f) == (c[next[d]] < 0.0f)) continue;
+                sum += fabs((double)*c - (double)c[next[d]]);
+                count += 1.0;
+            }
+        }
+    }
+    return sum > 0.0 ? sum / count : 1.0;
+}
+
+/* From any function negative inside, of any scale: what is not of the order of a distance is made so, no value loses its
+   sign; then it is re-distanced outwards from its zero. */
+SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
+{
+    const float least = 1e-6f, most = 1e6f;
+    springls__grid *g = &ctx->grid;
+    double slope, scale;
+    int i, v, pass;
+    SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
+    for (i = 0; i < g->active_count; i++) {
+        float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         int o[3];
-        springls__slot_origin(g, g->active[n], o);
-        for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++)
-                for (x = 0; x < 8; x++) {
-                    if (!springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
-                    phi[x + 8 * y + 64 * z] = value(arg, (size_t)(o[0] + x) + (size_t)g->size[0] * ((size_t)(o[1] + y) + (size_t)g->size[1] * (size_t)(o[2] + z)));
-                }
+        springls__slot_origin(g, g->active[i], o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            if (!springls__grid_contains(g, x, y, z)) continue;
+            phi[v] = value(arg, (size_t)x + (size_t)g->size[0] * ((size_t)y + (size_t)g->size[1] * (size_t)z));
+        }
+    }
+    slope = springls__slope_at_zero(g);
+    scale = slope > 0.1 && slope < 10.0 ? 1.0 : 1.0 / slope;
+    for (i = 0; i < g->active_count; i++) {
+        float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            double scaled = fabs((double)phi[v]) * scale;
+            float size = scaled < (double)most ? (float)scaled : most;
+            if (phi[v] < 0.0f) size = springls__max(size, least);
+            phi[v] = phi[v] < 0.0f ? -size : size;
+        }
     }
     springls__parallel(ctx, g->active_count, 8, springls__interface_task, ctx);
     springls__swap_phi(g);
