@@ -42,6 +42,8 @@ TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(sort $(wildcard tests/test_
 ifdef SPRINGLS_DATA
   export SPRINGLS_DATA
 endif
+# Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
+export OMP_WAIT_POLICY ?= passive
 
 .PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper install format clean \
         asan ubsan tsan compile-matrix deps-matrix FORCE

@@ -146,7 +146,8 @@
    A context belongs to one thread at a time; different contexts are independent; there is no global state. Inside a
    call, work is cut into ranges that go to desc.tasks.parallel_for, to OpenMP when compiled with it, or run in the
    calling thread. Force callbacks then run on several threads at once, with different ranges: they must not write to
-   shared state.
+   shared state. GCC's OpenMP threads wait in a busy loop, which costs ten times the work where the machine has something
+   else to do: set OMP_WAIT_POLICY=passive in the environment.
 
 
    ERRORS
