@@ -1,9 +1,17 @@
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
+/* phi at x; beyond the domain, where phi is constant, and the way back to it. */
+SPRINGLS__FN float springls__phi_anywhere(const springls__grid *g, springls__v3 x)
+{
+    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));
+    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
+}
+
 SPRINGLS__FN void springls__sample_phi_task(void *arg, int begin, int end)
 {
     springls_context *ctx = (springls_context *)arg;
-    for (; begin < end; begin++) ctx->set.phi[begin] = springls__grid_sample(&ctx->grid, ctx->grid.phi, ctx->set.s[begin].p);
+    for (; begin < end; begin++) ctx->set.phi[begin] = springls__phi_anywhere(&ctx->grid, ctx->set.s[begin].p);
 }
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after

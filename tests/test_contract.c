@@ -225,6 +225,22 @@ TEST merging_leaves_no_crowd(void)
     PASS();
 }
 
+/* Springls that have been pushed out of the grid go, those on the surface that closes the model there stay. */
+TEST none_stay_outside_the_grid(void)
+{
+    springls_params p = springls_paper_params();
+    springls_context *ctx = fixture_sphere(32, &p, 15.5f, 15.5f, 2.0f, 10.0f); /* cut by the border z = 0 */
+    const float heights[] = { -0.5f, -3.0f, -10.0f, -1000.0f };
+    int i;
+    fixture_clear(ctx);
+    for (i = 0; i < 4; i++) add_shape(ctx, d3_make(15.0 + i, 15.0, (double)heights[i]), d3_make(0.0, 0.0, -1.0), 60.0, 60.0, 1.0);
+    ASSERT_OK(springls_contract(ctx));
+    ASSERT_EQ(1, springls_count(ctx));
+    ASSERT_IN_RANGE(-0.5f, fixture_particle(ctx, 0).z, 1e-5f);
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(contract)
 {
     RUN_TEST(rule_is_the_papers);
@@ -233,6 +249,7 @@ SUITE(contract)
     RUN_TEST(flat_triangles_are_bad);
     RUN_TEST(merging_takes_the_younger);
     RUN_TEST(merging_leaves_no_crowd);
+    RUN_TEST(none_stay_outside_the_grid);
 }
 
 GREATEST_MAIN_DEFS();
