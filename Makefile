@@ -132,6 +132,14 @@ test: deps-test   ## build and run tests/test_*.c, each a program of its own
 	@if $(DEPS) demo; then with=1; else with=0; echo "Going on without: the tests that want these are skipped."; fi; \
 	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with
 
+# Beside another library, where that is installed. Its own memory handling would occupy the sanitizers.
+ifneq ($(VARIANT),)
+else ifneq ($(wildcard /usr/include/openvdb/openvdb.h),)
+TESTS += $(TEST_DIR)/test_openvdb
+$(TEST_DIR)/test_openvdb: tests/test_openvdb.cc springls.h $(TEST_DIR)/settings
+	$(SAY)$(CXX) -std=c++17 $(EXACT) -O1 -I. -Itests -MMD -MP -MF $@.d -o $@ $< -Wl,--copy-dt-needed-entries -lopenvdb -ltbb $(TEST_LIBS)
+endif
+
 test-run: $(TESTS)
 	@tests/run.sh $(TESTS)
 

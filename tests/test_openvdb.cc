@@ -1,0 +1,134 @@
+/* test_openvdb.cc - distances and iso-surfaces beside another library's, where OpenVDB is installed: a torus mesh given to
+   both becomes a level set in both, and both make a mesh of springls' level set. */
+#include "springls_under_test.h"
+#include "greatest.h"
+
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/Interpolation.h>
+#include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/VolumeToMesh.h>
+
+#include <cmath>
+#include <vector>
+
+static const int size = 48;
+
+/* A torus of radii 14 and 6 about the middle of the grid: 48 x 24 quadrilaterals, each two triangles. */
+struct Torus {
+    std::vector<openvdb::Vec3s> points;
+    std::vector<openvdb::Vec3I> triangles;
+    Torus()
+    {
+        const int around = 48, across = 24;
+        for (int i = 0; i < around; ++i)
+            for (int j = 0; j < across; ++j) {
+                const double u = 2.0 * M_PI * i / around, v = 2.0 * M_PI * j / across, ring = 14.0 + 6.0 * std::cos(v);
+                const auto at = [&](int k, int l) { return unsigned(k % around * across + l % across); };
+                points.emplace_back(23.6 + ring * std::cos(u), 23.3 + ring * std::sin(u), 23.9 + 6.0 * std::sin(v));
+                triangles.emplace_back(at(i, j), at(i + 1, j), at(i + 1, j + 1));
+                triangles.emplace_back(at(i, j), at(i + 1, j + 1), at(i, j + 1));
+            }
+    }
+};
+
+static springls_context *torus_model(const Torus &torus)
+{
+    springls_desc desc = {};
+    springls_context *ctx = nullptr;
+    desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = size;
+    springls_create(&desc, &ctx);
+    springls_set_mesh(ctx, torus.points[0].asPointer(), int(torus.points.size()), 0,
+                      reinterpret_cast<const int *>(torus.triangles[0].asPointer()), int(torus.triangles.size()), nullptr);
+    return ctx;
+}
+
+/* The springls' level set as a grid of OpenVDB, voxel by voxel. */
+static openvdb::FloatGrid::Ptr as_openvdb(springls_context *ctx)
+{
+    auto grid = openvdb::FloatGrid::create(3.0f);
+    auto access = grid->getAccessor();
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    for (int z = 0; z < size; ++z)
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x) {
+                const float at[3] = { float(x), float(y), float(z) };
+                float phi;
+                springls_sample_distance(ctx, at, 1, &phi);
+                access.setValue(openvdb::Coord(x, y, z), std::fmax(-3.0f, std::fmin(3.0f, phi)));
+            }
+    return grid;
+}
+
+/* Six times the volume under a triangle. */
+static double under(const openvdb::Vec3d &a, const openvdb::Vec3d &b, const openvdb::Vec3d &c) { return a.dot(b.cross(c)); }
+
+/* Both libraries take the mesh's exact distance next to it. */
+TEST mesh_distances_agree(void)
+{
+    const Torus torus;
+    springls_context *ctx = torus_model(torus);
+    const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> mesh(torus.points, torus.triangles);
+    const auto theirs = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+        mesh, *openvdb::math::Transform::createLinearTransform(1.0), 3.0f, 3.0f, openvdb::tools::DISABLE_RENORMALIZATION);
+    double worst = 0.0;
+    int compared = 0;
+    for (auto voxel = theirs->cbeginValueOn(); voxel; ++voxel) {
+        const openvdb::Coord ijk = voxel.getCoord();
+        const float at[3] = { float(ijk[0]), float(ijk[1]), float(ijk[2]) };
+        float phi;
+        if (std::fabs(*voxel) > 1.0f) continue; /* further out theirs need not be the nearest triangle's */
+        ASSERT_EQ(SPRINGLS_OK, springls_sample_distance(ctx, at, 1, &phi));
+        worst = std::fmax(worst, std::fabs(std::fabs(double(phi)) - std::fabs(double(*voxel))));
+        if (std::fabs(phi) > 0.1f) ASSERT_EQ(*voxel < 0.0f, phi < 0.0f); /* what is nearer counts as outside with them */
+        ++compared;
+    }
+    ASSERT_GT(compared, 5000);
+    ASSERT_LT(worst, 1e-3);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Of one and the same level set: vertices of our mesh lie on the zero of their interpolation, and the volumes agree. */
+TEST iso_surfaces_agree(void)
+{
+    const Torus torus;
+    springls_context *ctx = torus_model(torus);
+    const auto grid = as_openvdb(ctx);
+    const openvdb::tools::GridSampler<openvdb::FloatGrid, openvdb::tools::BoxSampler> sampler(*grid);
+    std::vector<openvdb::Vec3s> points;
+    std::vector<openvdb::Vec4I> quads;
+    springls_mesh mesh;
+    springls_measures measures;
+    double volume = 0.0;
+    ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(ctx, &mesh));
+    ASSERT_GT(mesh.vertex_count, 3000);
+    for (int i = 0; i < mesh.vertex_count; ++i) {
+        const float *x = mesh.positions + 3 * i;
+        ASSERT_LT(std::fabs(sampler.isSample(openvdb::Vec3R(x[0], x[1], x[2]))), 2e-3f); /* vertices keep 1e-3 off voxels */
+    }
+    openvdb::tools::volumeToMesh(*grid, points, quads);
+    for (const auto &q : quads) { /* theirs run the other way round */
+        volume -= (under(points[q[0]], points[q[1]], points[q[2]]) + under(points[q[0]], points[q[2]], points[q[3]])) / 6.0;
+    }
+    ASSERT_EQ(SPRINGLS_OK, springls_measure(ctx, &measures));
+    ASSERT_IN_RANGE(volume, measures.volume, 0.005 * volume);
+    springls_mesh_free(ctx, &mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+SUITE(openvdb_cross_check)
+{
+    RUN_TEST(mesh_distances_agree);
+    RUN_TEST(iso_surfaces_agree);
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    openvdb::initialize();
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(openvdb_cross_check);
+    GREATEST_MAIN_END();
+}
