@@ -1,5 +1,7 @@
-/* What examples/segment.c shares in examples/common: grids over an image, blur, thresholds, pressure, parts, distances, and
- * the rule by which springls are at rest. Compiled like test_examples_common.c, else skipped. */
+/* What examples/segment.c shares in examples/common: grids over an image, blur, thresholds, pressure, parts, distances,
+ * the rule by which springls are at rest, and --set. Compiled like test_examples_common.c, else skipped. */
+#define _POSIX_C_SOURCE 200809L
+
 #include "greatest.h"
 
 GREATEST_MAIN_DEFS();
@@ -20,7 +22,9 @@ int main(int argc, char **argv)
 #include "springls_under_test.h"
 
 #include "../examples/common/segment_image.h"
-#include "../examples/common/segment_model.c" /* stands on the library, which is private to this file */
+/* These stand on the library, which is private to this file. */
+#include "../examples/common/run_options.c"
+#include "../examples/common/segment_model.c"
 
 /* An image 12 x 10 x 8 with voxels of 1 x 2 x 3 mm, turned about z and mirrored in z. */
 static bool make_image(struct volume *image)
@@ -359,6 +363,34 @@ TEST ids_ascend_while_springls_come_and_go(void)
     PASS();
 }
 
+/* ---- --set ---- */
+
+TEST every_parameter_can_be_set(void)
+{
+    enum { WORD = sizeof(uint32_t), WORDS = sizeof(springls_params) / WORD, MEMBERS = sizeof members / sizeof *members };
+    const springls_params usual = springls_default_params();
+    springls_params params;
+    uint32_t words[WORDS];
+    ASSERT_EQ(sizeof(springls_params), MEMBERS * WORD + sizeof params.cookie);
+    memset(&params, 0xff, sizeof params);
+    for (size_t m = 0; m < MEMBERS; ++m) {
+        char text[64];
+        snprintf(text, sizeof text, "%s=7", members[m].name);
+        ASSERT_EQm(text, CLI_GO_ON, set_params("test", text, &params));
+        /* A number taken for the other kind shows: small integers are denormal floats, and floats are huge integers. */
+        float real;
+        int whole;
+        memcpy(&real, (const char *)&usual + members[m].offset, WORD);
+        memcpy(&whole, (const char *)&usual + members[m].offset, WORD);
+        ASSERTm(text, whole == 0 || (isnormal(real) != 0) == members[m].is_float);
+    }
+    memcpy(words, &params, sizeof words);
+    for (size_t w = 0; w < WORDS; ++w) { /* each word by one member, and the cookie by none */
+        ASSERT_EQ(w == offsetof(springls_params, cookie) / WORD, words[w] == UINT32_MAX);
+    }
+    PASS();
+}
+
 int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
@@ -374,6 +406,7 @@ int main(int argc, char **argv)
     RUN_TEST(distances_go_on_beyond_the_known);
     RUN_TEST(watch_sees_motion_along_the_normal);
     RUN_TEST(ids_ascend_while_springls_come_and_go);
+    RUN_TEST(every_parameter_can_be_set);
     GREATEST_MAIN_END();
 }
 

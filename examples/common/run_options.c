@@ -32,12 +32,13 @@ static const struct member members[] = {
     REAL(relax_step_rotation), WHOLE(relax_same_side), REAL(contract_distance),
     REAL(min_angle),         REAL(max_angle),          REAL(min_area),
     WHOLE(reshape),          REAL(merge_distance),     WHOLE(resample_period),
-    REAL(split_edge),        WHOLE(placement),         REAL(band_half_width),
-    REAL(capture),           WHOLE(evolve_iterations), REAL(evolve_step),
-    REAL(evolve_width),      REAL(curvature),          WHOLE(project_level_set),
-    WHOLE(topology),         REAL(nearest_rule),       WHOLE(track_iterations),
-    REAL(track_step),        WHOLE(vertex_velocity),   WHOLE(half_time_sampling),
-    WHOLE(initial_stride),   WHOLE(project_initial),
+    WHOLE(resample_last),    REAL(split_edge),         REAL(split_area),
+    WHOLE(placement),        REAL(band_half_width),    REAL(capture),
+    WHOLE(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
+    REAL(curvature),         WHOLE(project_level_set), WHOLE(topology),
+    REAL(nearest_rule),      WHOLE(track_iterations),  REAL(track_step),
+    WHOLE(vertex_velocity),  WHOLE(half_time_sampling), WHOLE(initial_stride),
+    WHOLE(project_initial),
 };
 
 static const struct member *find_member(const char *name, size_t length)
