@@ -205,9 +205,9 @@ static float enter_box(const struct bvh_node *node, const struct ray *ray, float
     for (int i = 0; i < 3; ++i) {
         const float a = (node->lo[i] - ray->origin[i]) * ray->inverse[i];
         const float b = (node->hi[i] - ray->origin[i]) * ray->inverse[i];
-        const float near = a < b ? a : b, far = (a < b ? b : a) * 1.0000004f;
-        t_min = near > t_min ? near : t_min;
-        t_max = far < t_max ? far : t_max;
+        const float enter = a < b ? a : b, leave = (a < b ? b : a) * 1.0000004f;
+        t_min = enter > t_min ? enter : t_min;
+        t_max = leave < t_max ? leave : t_max;
     }
     return t_min <= t_max ? t_min : INFINITY;
 }

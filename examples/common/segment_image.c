@@ -39,8 +39,8 @@ static float trilinear(const int dims[3], const float *values, const float x[3])
         const float *at = values + (size_t)dims[0] * (j + (size_t)dims[1] * k);
         row[r] = at[low[0]] + t[0] * (at[high[0]] - at[low[0]]);
     }
-    const float near = row[0] + t[1] * (row[1] - row[0]), far = row[2] + t[1] * (row[3] - row[2]);
-    return near + t[2] * (far - near);
+    const float front = row[0] + t[1] * (row[1] - row[0]), back = row[2] + t[1] * (row[3] - row[2]);
+    return front + t[2] * (back - front);
 }
 
 void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result)
