@@ -16,6 +16,12 @@
 #include <string.h>
 
 enum { METHODS = 3, MEMORY_ROWS = 3, MOST_RUNS = 16 };
+
+/* What the tables' column "wanted" says. */
+static const double implementation_seconds = 4.0; /* of a program's build, once: nobody should mind waiting for it */
+static const double declarations_seconds = 0.05;  /* of every file that includes the header: not to be noticed */
+static const double model_mib = 120.0;            /* at 512^3: less than a quarter of one dense grid of floats (512 MiB) */
+
 static const char *const folder = "build/bench/runs";
 static const char *const method_names[METHODS] = {"springls, paper's parameters", "springls, default parameters",
                                                    "OpenVDB level set"};
@@ -121,8 +127,10 @@ static void compile_times(struct bench *bench)
     bench->compile_seconds[1] = fastest_of(5, command);
     table_begin(&table);
     table_row(&table, "compiling springls.h, %s -O2|time|wanted", compiler);
-    table_row(&table, "implementation|%s|4 s at most", cell("%.2f s", bench->compile_seconds[0]));
-    table_row(&table, "declarations only|%s|0.05 s at most", cell("%.3f s", bench->compile_seconds[1]));
+    table_row(&table, "implementation|%s|%s", cell("%.2f s", bench->compile_seconds[0]),
+              cell("%g s at most", implementation_seconds));
+    table_row(&table, "declarations only|%s|%s", cell("%.3f s", bench->compile_seconds[1]),
+              cell("%g s at most", declarations_seconds));
     table_row(&table, "a file with stdio.h alone|%s|", cell("%.3f s", empty));
     table_print(&table, stdout);
     printf("\n");
@@ -135,7 +143,6 @@ static void memory(struct bench *bench)
 {
     static const int grids[MEMORY_ROWS] = {128, 256, 512};
     static const char *const radii[MEMORY_ROWS] = {"19.2", "38.4", "77"};
-    static const char *const wanted[MEMORY_ROWS] = {"", "", "less than 120 MiB"};
     static struct table table;
     table_begin(&table);
     table_row(&table, "a model with a sphere|springls|bricks of 8^3|empty|model|peak of the process|set up|wanted");
@@ -146,7 +153,8 @@ static void memory(struct bench *bench)
         table_row(&table, "%d^3, radius %s|%s|%s|%s|%s|%s|%s|%s", grids[i], radii[i], run_cell(run, "%.0f", "springls"),
                   run_cell(run, "%.0f", "bricks"), run_cell(run, "%.2f MiB", "empty_mib"),
                   run_cell(run, "%.1f MiB", "model_mib"), run_cell(run, "%.1f MiB", "peak_rss_mib"),
-                  run_cell(run, "%.2f s", "seconds_total"), wanted[i]);
+                  run_cell(run, "%.2f s", "seconds_total"),
+                  grids[i] == 512 ? cell("less than %g MiB", model_mib) : "");
     }
     table_print(&table, stdout);
     printf("\n");
