@@ -48,7 +48,6 @@ int main(int argc, char **argv)
     const struct cli_program program = {.name = "leveque",
                                         .summary = "LeVeque's test: a sphere drawn out into a thin disk and back",
                                         .common = &options.common,
-                                        .common_without = CLI_WITHOUT_SEED,
                                         .options = table,
                                         .option_count = BENCHMARK_OPTION_COUNT + 1};
     benchmark_option_table(&options, table);

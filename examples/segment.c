@@ -106,7 +106,6 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
     const struct cli_program program = {.name = "segment",
                                         .summary = "finds an object in an image with an active contour",
                                         .common = &set->common,
-                                        .common_without = CLI_WITHOUT_SEED,
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = &image,

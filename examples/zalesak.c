@@ -55,7 +55,6 @@ int main(int argc, char **argv)
     const struct cli_program program = {.name = "zalesak",
                                         .summary = "Zalesak's test: a notched sphere turned all the way round",
                                         .common = &options.common,
-                                        .common_without = CLI_WITHOUT_SEED,
                                         .options = table,
                                         .option_count = BENCHMARK_OPTION_COUNT + 1};
     benchmark_option_table(&options, table);

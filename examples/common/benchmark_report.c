@@ -32,7 +32,6 @@ static void json_problem(struct json_writer *json, const struct benchmark *b, co
     json_string(json, "params", o->common.params);
     json_string(json, "set", o->set ? o->set : "");
     json_string(json, "topology", o->topology);
-    json_string(json, "backend", o->common.backend);
 }
 
 static void json_topology(struct json_writer *json, const struct benchmark_options *o, const struct benchmark_result *r)

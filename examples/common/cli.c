@@ -3,7 +3,6 @@
 #include <ctype.h>
 #include <errno.h>
 #include <float.h>
-#include <inttypes.h>
 #include <limits.h>
 #include <math.h>
 #include <stdarg.h>
@@ -11,11 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define COMMON_COUNT 8
+#define COMMON_COUNT 6
 
 struct cli_common cli_common_defaults(void)
 {
-    struct cli_common common = {0, "default", "scalar", 0, NULL, NULL, false, 1};
+    struct cli_common common = {0, "default", 0, NULL, NULL, false};
     return common;
 }
 
@@ -30,22 +29,13 @@ static int common_options(const struct cli_program *program, struct cli_option o
         {"grid", CLI_INT, &c->grid, "N", "grid cells along the longest side (0: the program's choice)", 0.0, 4096.0,
          NULL},
         {"params", CLI_CHOICE, &c->params, NULL, "parameter set", 0.0, 0.0, "paper|default"},
-        {"backend", CLI_CHOICE, &c->backend, NULL, "where the work is done", 0.0, 0.0, "scalar|opencl"},
         {"threads", CLI_INT, &c->threads, "K", "threads (0: all of the machine)", 0.0, 1024.0, NULL},
         {"json", CLI_STRING, &c->json, "FILE", "write the results as JSON; - is standard output", 0.0, 0.0, NULL},
         {"out", CLI_STRING, &c->out, "DIR", "write pictures and meshes into this folder", 0.0, 0.0, NULL},
         {"quiet", CLI_FLAG, &c->quiet, NULL, "no progress bar, no remarks", 0.0, 0.0, NULL},
-        {"seed", CLI_UINT64, &c->seed, "S", "seed of everything random", 0.0, 0.0, NULL},
     };
-    const unsigned bit[COMMON_COUNT] = {
-        CLI_WITHOUT_GRID, CLI_WITHOUT_PARAMS, CLI_WITHOUT_BACKEND, 0, 0, CLI_WITHOUT_OUT, 0, CLI_WITHOUT_SEED};
-    int count = 0;
-    for (int i = 0; i < COMMON_COUNT; ++i) {
-        if (!(program->common_without & bit[i])) {
-            out[count++] = all[i];
-        }
-    }
-    return count;
+    memcpy(out, all, sizeof all);
+    return COMMON_COUNT;
 }
 
 int cli_fail(const char *name, int status, const char *format, ...)
@@ -88,22 +78,6 @@ bool cli_read_int(const char *text, int *value)
         return false;
     }
     *value = (int)read;
-    return true;
-}
-
-bool cli_read_uint64(const char *text, uint64_t *value)
-{
-    char *end = NULL;
-    const bool hexadecimal = text[0] == '0' && (text[1] == 'x' || text[1] == 'X');
-    if (!isdigit((unsigned char)*text)) {
-        return false; /* strtoull would take "-1" */
-    }
-    errno = 0;
-    const unsigned long long read = strtoull(text, &end, hexadecimal ? 16 : 10);
-    if (end == text || *end != '\0' || errno == ERANGE || read > UINT64_MAX) {
-        return false;
-    }
-    *value = (uint64_t)read;
     return true;
 }
 
@@ -168,11 +142,6 @@ static int store(const struct cli_program *program, const struct cli_option *opt
         }
         *(int *)option->destination = integer;
         return CLI_GO_ON;
-    case CLI_UINT64:
-        if (!cli_read_uint64(text, (uint64_t *)option->destination)) {
-            return bad_value(program, option, text, "a non-negative integer");
-        }
-        return CLI_GO_ON;
     case CLI_FLOAT:
     case CLI_DOUBLE:
         if (!cli_read_double(text, &real) || !in_range(option, real)
@@ -216,9 +185,6 @@ static void print_option(const struct cli_option *o)
     switch (o->type) {
     case CLI_INT:
         printf(" [%d]", *(const int *)o->destination);
-        break;
-    case CLI_UINT64:
-        printf(" [%" PRIu64 "]", *(const uint64_t *)o->destination);
         break;
     case CLI_FLOAT:
         printf(" [%g]", (double)*(const float *)o->destination);

@@ -17,12 +17,10 @@
 #define EXAMPLES_COMMON_CLI_H
 
 #include <stdbool.h>
-#include <stdint.h>
 
 enum cli_type {
     CLI_FLAG,   /* bool *          no value: sets true */
     CLI_INT,    /* int *           decimal integer */
-    CLI_UINT64, /* uint64_t *      decimal, or 0x hexadecimal */
     CLI_FLOAT,  /* float * */
     CLI_DOUBLE, /* double * */
     CLI_FLOAT3, /* float[3]        "x,y,z" in one token; the range holds for each */
@@ -52,28 +50,16 @@ struct cli_positional {
 struct cli_common {
     int grid;            /* --grid N: cells along the longest side; 0 = the program's choice */
     const char *params;  /* --params paper|default */
-    const char *backend; /* --backend scalar|opencl */
     int threads;         /* --threads K; 0 = as many as the machine offers */
     const char *json;    /* --json FILE, "-" = standard output; NULL = none */
     const char *out;     /* --out DIR for pictures and meshes; NULL = none */
     bool quiet;          /* --quiet */
-    uint64_t seed;       /* --seed S */
-};
-
-/* Bits for cli_program.common_without: common flags that make no sense for one program. */
-enum {
-    CLI_WITHOUT_GRID = 1,
-    CLI_WITHOUT_PARAMS = 2,
-    CLI_WITHOUT_BACKEND = 4,
-    CLI_WITHOUT_SEED = 8,
-    CLI_WITHOUT_OUT = 16
 };
 
 struct cli_program {
     const char *name;
     const char *summary;
     struct cli_common *common; /* NULL = no common flags but --help */
-    unsigned common_without;
     const struct cli_option *options;
     int option_count;
     const struct cli_positional *positionals;
@@ -98,6 +84,5 @@ int cli_fail(const char *name, int status, const char *format, ...)
 /* Strict readers, also useful on their own: the whole text, finite, no blanks. */
 bool cli_read_double(const char *text, double *value);
 bool cli_read_int(const char *text, int *value);
-bool cli_read_uint64(const char *text, uint64_t *value);
 
 #endif

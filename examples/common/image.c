@@ -134,16 +134,6 @@ void image_line(struct image *image, float x0, float y0, float x1, float y1, flo
     image_strokes(image, segment, 1, width, color);
 }
 
-void image_polyline(struct image *image, const float *points, size_t count, bool closed, float width,
-                    struct color color)
-{
-    for (size_t i = 0; i + 1 < count || (closed && i < count); ++i) {
-        const float *a = points + 2 * i;
-        const float *b = points + 2 * ((i + 1) % count);
-        image_line(image, a[0], a[1], b[0], b[1], width, color);
-    }
-}
-
 void image_polygon(struct image *image, const float *points, size_t count, struct color color)
 {
     enum { MAX_CORNERS = 64 };
@@ -241,32 +231,6 @@ void image_paste(struct image *target, const struct image *source, int x, int y)
     }
 }
 
-bool image_shrink(const struct image *source, int factor, struct image *result)
-{
-    if (factor < 1
-        || !image_create(result, source->width / factor, source->height / factor, color_rgb(0.0f, 0.0f, 0.0f))) {
-        return false;
-    }
-    const float scale = 1.0f / (float)(factor * factor);
-    for (int y = 0; y < result->height; ++y) {
-        for (int x = 0; x < result->width; ++x) {
-            float sum[3] = {0.0f, 0.0f, 0.0f};
-            for (int k = 0; k < factor * factor; ++k) {
-                const size_t column = (size_t)(x * factor + k % factor), row = (size_t)(y * factor + k / factor);
-                const float *p = source->rgb + 3 * (row * (size_t)source->width + column);
-                for (int c = 0; c < 3; ++c) {
-                    sum[c] += p[c];
-                }
-            }
-            float *out = result->rgb + 3 * ((size_t)y * (size_t)result->width + (size_t)x);
-            for (int c = 0; c < 3; ++c) {
-                out[c] = sum[c] * scale;
-            }
-        }
-    }
-    return true;
-}
-
 struct color color_mix(struct color a, struct color b, float t)
 {
     return color_rgb(a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b));
@@ -284,14 +248,6 @@ struct color colormap_sequential(float t)
     static const float blue[6] = {0.3277f, 2.0382f, -8.9569f, 22.3960f, -27.4511f, 11.7839f};
     t = t >= 0.0f ? clamp01(t) : 0.0f;
     return color_rgb(polynomial(red, t), polynomial(green, t), polynomial(blue, t));
-}
-
-struct color colormap_diverging(float t)
-{
-    const struct color cold = {0.17f, 0.35f, 0.66f}, middle = {0.95f, 0.95f, 0.94f}, warm = {0.72f, 0.16f, 0.17f};
-    t = t >= 0.0f ? clamp01(t) : 0.0f;
-    const float away = powf(fabsf(2.0f * t - 1.0f), 0.85f);
-    return color_mix(middle, t < 0.5f ? cold : warm, away);
 }
 
 struct color color_category(int index)

@@ -34,12 +34,9 @@ void image_rect(struct image *image, float x0, float y0, float x1, float y1, str
 void image_frame(struct image *image, float x0, float y0, float x1, float y1, float width, struct color color);
 void image_disc(struct image *image, float x, float y, float radius, struct color color);
 void image_line(struct image *image, float x0, float y0, float x1, float y1, float width, struct color color);
-/* `points`: x,y pairs. Round joints. */
-void image_polyline(struct image *image, const float *points, size_t count, bool closed, float width,
-                    struct color color);
 /* Line segments {x0,y0,x1,y1} as one shape: a pixel takes its alpha from the nearest, so joints are not blended twice. */
 void image_strokes(struct image *image, const float (*segments)[4], size_t count, float width, struct color color);
-/* Filled polygon, at most 64 corners, even-odd rule, anti-aliased. */
+/* Filled polygon of x,y pairs, at most 64 corners, even-odd rule, anti-aliased. */
 void image_polygon(struct image *image, const float *points, size_t count, struct color color);
 
 /* A mark centred at (x, y): shapes 0 disc, 1 square, 2 triangle, 3 diamond, 4 cross, 5 plus, 6 ring, 7 triangle down. */
@@ -57,15 +54,12 @@ float image_text_width(float size, const char *text);
 
 /* ---- composition ---- */
 void image_paste(struct image *target, const struct image *source, int x, int y);
-/* Half, third, ... size by averaging blocks: the way to supersample a drawing. */
-bool image_shrink(const struct image *source, int factor, struct image *result);
 /* Pictures in one or more rows of `columns`, each with a caption below (captions or single ones may be NULL). */
 bool image_strip(const struct image *images, const char *const *captions, int count, int columns,
                  struct color background, struct image *result);
 
 /* ---- colours ---- */
 struct color colormap_sequential(float t); /* 0..1: violet, blue, green, yellow; lightness rises evenly */
-struct color colormap_diverging(float t);  /* 0..1: blue, near white at 0.5, red */
 struct color color_category(int index);    /* eight well separated colours, then again */
 struct color color_hsv(float hue, float saturation, float value); /* hue in turns, any real */
 struct color color_mix(struct color a, struct color b, float t);

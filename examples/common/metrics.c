@@ -91,7 +91,7 @@ static double spread_points(const struct surface *surface, size_t count, float *
 }
 
 struct one_way {
-    double mean, mean_square, p95, max, within;
+    double mean, p95, max, within;
 };
 
 static int compare_floats(const void *a, const void *b)
@@ -103,7 +103,7 @@ static int compare_floats(const void *a, const void *b)
 static struct one_way measure(const struct bvh *target, const float *points, size_t count, double tolerance,
                               float *distances)
 {
-    struct one_way result = {0.0, 0.0, 0.0, 0.0, 0.0};
+    struct one_way result = {0.0, 0.0, 0.0, 0.0};
     const long n = (long)count;
 #if defined(_OPENMP)
     #pragma omp parallel for schedule(static, 1024)
@@ -115,7 +115,6 @@ static struct one_way measure(const struct bvh *target, const float *points, siz
     for (size_t i = 0; i < count; ++i) { /* in sorted order: the same sums for any number of threads */
         const double d = (double)distances[i];
         result.mean += d / (double)count;
-        result.mean_square += d * d / (double)count;
         result.within += d <= tolerance ? 1.0 / (double)count : 0.0;
     }
     const size_t rank = (95 * count + 99) / 100; /* nearest rank */
@@ -136,7 +135,7 @@ bool metrics_surface_distances(const struct surface *a, const struct surface *b,
     bool good = points && distances && bvh_build(&tree_a, a->positions, a->indices, a->triangle_count)
                 && bvh_build(&tree_b, b->positions, b->indices, b->triangle_count);
     if (good) {
-        struct one_way ab = {0.0, 0.0, 0.0, 0.0, 0.0}, ba = ab;
+        struct one_way ab = {0.0, 0.0, 0.0, 0.0}, ba = ab;
         result->area_a = spread_points(a, samples, points);
         if (result->area_a > 0.0) {
             ab = measure(&tree_b, points, samples, tolerance, distances);
@@ -151,7 +150,6 @@ bool metrics_surface_distances(const struct surface *a, const struct surface *b,
             result->mean_ab = ab.mean;
             result->mean_ba = ba.mean;
             result->assd = wa * ab.mean + wb * ba.mean;
-            result->rms = sqrt(wa * ab.mean_square + wb * ba.mean_square);
             result->hd95 = fmax(ab.p95, ba.p95);
             result->max = fmax(ab.max, ba.max);
             result->surface_dice = wa * ab.within + wb * ba.within;

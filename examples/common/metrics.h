@@ -9,7 +9,6 @@
  * to B's vertices, not to voxel centres).
  *   mean_ab, mean_ba  mean of d(A->B), of d(B->A)
  *   assd              average symmetric surface distance: (mean_ab * area(A) + mean_ba * area(B)) / (area(A) + area(B))
- *   rms               root of the mean square, weighted by area in the same way
  *   hd95              the larger of the two 95th percentiles (each direction on its own, not pooled)
  *   max               the larger of the two maxima (Hausdorff distance, over the sample points)
  *   surface_dice      area-weighted share of both surfaces that lies within `tolerance` of the other one */
@@ -41,7 +40,7 @@ struct surface {
 
 struct surface_distances {
     double area_a, area_b;
-    double mean_ab, mean_ba, assd, rms, hd95, max;
+    double mean_ab, mean_ba, assd, hd95, max;
     double surface_dice, tolerance;
     size_t samples; /* on each surface */
 };

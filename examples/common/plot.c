@@ -264,14 +264,8 @@ bool plot_render(const struct plot *plot, int width, int height, struct image *r
 /* ---- heat map ---- */
 
 struct heat_scale {
-    bool logarithmic;
     double lo, hi;
 };
-
-static double heat_value(const struct heat_scale *scale, double v)
-{
-    return scale->logarithmic ? (v > 0.0 ? log10(v) : NAN) : v;
-}
 
 static void draw_heat_bar(struct image *image, const struct heat_map *map, const struct heat_scale *scale, float left,
                           float top, float bottom)
@@ -285,7 +279,7 @@ static void draw_heat_bar(struct image *image, const struct heat_map *map, const
     image_frame(image, left, top, right, bottom, 1.0f, INK);
     for (int i = 0; i <= 4; ++i) {
         const double v = scale->lo + (scale->hi - scale->lo) * i / 4.0;
-        snprintf(text, sizeof text, "%.3g", scale->logarithmic ? pow(10.0, v) : v);
+        snprintf(text, sizeof text, "%.3g", v);
         image_text(image, right + 6.0f, bottom - (bottom - top) * (float)i / 4.0f + 4.0f, 8.5f, 0.0f, INK, text);
     }
     if (map->value_label) {
@@ -296,7 +290,7 @@ static void draw_heat_bar(struct image *image, const struct heat_map *map, const
 static void draw_heat_cell(struct image *image, const struct heat_map *map, const struct heat_scale *scale, int cell,
                            float x, float y, float size)
 {
-    const double value = heat_value(scale, map->values[cell]);
+    const double value = map->values[cell];
     char text[32];
     if (!isfinite(value)) {
         image_rect(image, x, y, x + size, y + size, color_rgb(0.93f, 0.93f, 0.93f), 1.0f);
@@ -313,21 +307,21 @@ static void draw_heat_cell(struct image *image, const struct heat_map *map, cons
         image_glyph(image, shape, cx, cy, 0.36f * size + 2.0f, PAPER); /* white rim: seen on every ground */
         image_glyph(image, shape, cx, cy, 0.36f * size - 1.0f, color);
     } else if (map->print_values) {
-        snprintf(text, sizeof text, "%.3g", map->values[cell]);
+        snprintf(text, sizeof text, "%.3g", value);
         image_text(image, cx, cy + 4.0f, 8.0f, 0.5f, t > 0.6f ? INK : PAPER, text);
     }
 }
 
 bool heat_map_render(const struct heat_map *map, int cell_size, struct image *result)
 {
-    struct heat_scale scale = {map->log_scale, INFINITY, -INFINITY};
+    struct heat_scale scale = {INFINITY, -INFINITY};
     float name_width = 0.0f;
     memset(result, 0, sizeof *result);
     if (map->rows < 1 || map->columns < 1 || cell_size < 4) {
         return false;
     }
     for (int i = 0; i < map->rows * map->columns; ++i) {
-        const double v = heat_value(&scale, map->values[i]);
+        const double v = map->values[i];
         if (isfinite(v)) {
             scale.lo = fmin(scale.lo, v);
             scale.hi = fmax(scale.hi, v);

@@ -32,7 +32,6 @@ struct heat_map {
     const double *values;            /* rows * columns, row by row; not finite = hatched cell */
     const int *glyph_shapes;         /* one a cell, negative = none; NULL = no glyphs */
     const int *glyph_colors;         /* color_category index a cell; NULL = by shape */
-    bool log_scale;
     bool print_values; /* %.3g in every cell without a glyph */
 };
 

@@ -25,10 +25,8 @@ struct raycast_frame {
 
 struct raycast_frame raycast_camera_frame(const struct raycast_camera *camera, float aspect);
 
-/* A camera that sees the whole box lo..hi from `direction` (from the object to the eye), with a small margin. */
-struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], const float direction[3],
-                                        const float up[3], float field_of_view, float aspect);
-/* The same, closer: just far enough that all the points are seen. For a film frame the box of the whole film instead. */
+/* A camera that sees all the points from `direction` (from the object to the eye), with a small margin. For a film give the
+ * points of all its frames. */
 struct raycast_camera raycast_frame_points(const float *points, size_t count, const float direction[3],
                                            const float up[3], float field_of_view, float aspect);
 /* Grows lo..hi by points (3 floats each, not finite ones ignored). Start from lo = +INFINITY, hi = -INFINITY. */
@@ -36,8 +34,7 @@ void raycast_grow_box(const float *points, size_t count, float lo[3], float hi[3
 
 enum raycast_style {
     RAYCAST_SMOOTH, /* interpolated normals */
-    RAYCAST_FLAT,   /* one normal a triangle */
-    RAYCAST_SPRINGL /* flat, with dark triangle edges: every springl can be seen */
+    RAYCAST_SPRINGL /* one normal a triangle, with dark triangle edges: every springl can be seen */
 };
 
 /* Colours a point of the original surface; used with `originals`. */

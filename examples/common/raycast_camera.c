@@ -77,18 +77,6 @@ struct raycast_camera raycast_frame_points(const float *points, size_t count, co
     return camera;
 }
 
-struct raycast_camera raycast_frame_box(const float lo[3], const float hi[3], const float direction[3],
-                                        const float up[3], float field_of_view, float aspect)
-{
-    float corners[24];
-    for (int corner = 0; corner < 8; ++corner) {
-        for (int i = 0; i < 3; ++i) {
-            corners[3 * corner + i] = (corner >> i) & 1 ? hi[i] : lo[i];
-        }
-    }
-    return raycast_frame_points(corners, 8, direction, up, field_of_view, aspect);
-}
-
 struct color raycast_correspondence_color(const float original[3], const float lo[3], const float hi[3])
 {
     float d[3];

@@ -113,9 +113,6 @@ int run_options(const char *program, const struct cli_common *common, const char
     if (status != CLI_GO_ON) {
         return status;
     }
-    if (strcmp(common->backend, "scalar") != 0) {
-        return cli_fail(program, CLI_EXIT_FAILURE, "the %s backend is not built in", common->backend);
-    }
 #ifdef _OPENMP
     if (common->threads > 0) {
         omp_set_num_threads(common->threads);

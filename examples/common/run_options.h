@@ -1,4 +1,4 @@
-/* run_options.h - from the command line to what springls_create wants: parameters, threads, backend, output folder. */
+/* run_options.h - from the command line to what springls_create wants: parameters, threads, output folder. */
 #ifndef EXAMPLES_COMMON_RUN_OPTIONS_H
 #define EXAMPLES_COMMON_RUN_OPTIONS_H
 
