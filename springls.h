@@ -133,8 +133,9 @@
 
      With resample_last = 1 (default set) contract and resample come after evolve and rebuild, before fill_gaps, and the
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
-     ends with phi taking the springls' oriented distance near them; and unsigned_to_signed lets springls say on which side
+     ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
      of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
@@ -143,7 +144,7 @@
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage may also be called alone, in any order.
+   springls that it adds. Every stage but project may also be called alone, in any order.
 
 
    PARAMETERS
@@ -277,6 +278,7 @@
      eq. 27             springls_pack_matrix
      section 2.3.2      springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
+     section 4.3.1      springls_step: turns flipped triangles (src/relax.h)
      section 4.4        springls_fill_gaps
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
@@ -407,9 +409,9 @@ typedef enum springls_status {
     SPRINGLS_OK = 0,
     SPRINGLS_INVALID_ARGUMENT = -1, /* NULL, a size out of range, parameters that were not made by a *_params() call    */
     SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, or no triangle with an area                              */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
-    SPRINGLS_EMPTY_MODEL = -5,      /* the call needs springls and there are none                                      */
+    SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
     SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
 } springls_status;
 
@@ -531,14 +533,14 @@ typedef struct springls_params {
     int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
 
     /* initial springls from a level set or shape */
-    int initial_stride;      /* marching cubes on every n-th voxel                                              */
+    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
     int project_initial;     /* 1: move particles and vertices onto the zero level                              */
 } springls_params;
 
 /* What we recommend: accurate tracking, topology change and speed at once. */
 SPRINGLS_API springls_params springls_default_params(void);
 
-/* The paper's rules and constants (eq. 1-26, Table 1). Deviations are listed in the chapter on parameters. */
+/* The paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs. */
 SPRINGLS_API springls_params springls_paper_params(void);
 
 /* ---- >>life cycle --------------------------------------------------------------------------------------------- */
@@ -557,7 +559,7 @@ typedef struct springls_grid_desc {
 typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                   */
-    int max_springls;              /* further splits and fills are refused and counted; 0: 64 million           */
+    int max_springls;              /* more are refused and counted (set_springls: refused); 0: 64 million; set_mesh takes any number */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -576,7 +578,8 @@ SPRINGLS_API springls_status springls_reset(springls_context *ctx);
 /* The sentence for the last failure, "" after none; belongs to the context. With ctx = NULL: "no context". */
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx);
 
-/* Parameters may be read and replaced between any two calls. */
+/* Parameters may be read and replaced between any two calls, band_half_width only while there is no model.
+   INVALID_ARGUMENT names the member that is out of range; nothing changes then. */
 SPRINGLS_API springls_params springls_get_params(const springls_context *ctx);
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params);
 
@@ -723,7 +726,8 @@ typedef struct springls_step_desc {
    the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
-/* `steps` steps with progress reports. Stops early, with OK, when active-contour springls no longer move. */
+/* `steps` steps with progress reports. Stops early, with OK, after a step in which at most one springl in a thousand moved
+   by more than a hundredth of a voxel: not for steps that are meant to be smaller. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
 SPRINGLS_API double springls_time(const springls_context *ctx);
@@ -770,14 +774,16 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
 
-/* Dense copies of the fields on the model's grid, x fastest, voxels: size[0]*size[1]*size[2] floats. */
+/* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
 /* ---- >>queries: world coordinates, batches of 3 floats a point ------------------------------------------------ */
 
 /* phi, in world units when the spacing is uniform (else in units of the smallest spacing); clamped outside the band. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
+/* grad phi, world components: of unit length where phi is a distance and the spacing uniform. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
+/* 1 inside, 0 outside: one byte a point. */
 SPRINGLS_API springls_status springls_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* A place on the model. `material` is the same place on the original surface: its point, the triangle of the original
@@ -792,7 +798,10 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
+/* The closest place of any springl, wherever the point is. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
+/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Directions need not be unit
+   vectors; a direction of no length hits nothing. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
@@ -945,7 +954,8 @@ SPRINGLS__MATHS springls__v3 springls__normalize(springls__v3 a)
     return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);
 }
 
-/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r, a degree-6 series in r/16, then squarings. */
+/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k
+   by repeated squaring, which is exact. */
 SPRINGLS__MATHS float springls__exp(float x)
 {
     float k = springls__floor(springls__clamp(x, -80.0f, 80.0f) * 1.44269504f + 0.5f);
@@ -1422,9 +1432,9 @@ SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, s
 }
 
 /* ======== >>omega  (kernels_embed/omega.h) ===================================================================== */
-/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */
+/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
 
-/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */
+/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */
 typedef struct springls__tri_plan {
     springls__tri t;
     springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
@@ -1948,7 +1958,7 @@ typedef struct springls__surface {
 } springls__surface;
 
 struct springls_context {
-    springls_desc desc;     /* as resolved: no zero defaults left, params NULL                                  */
+    springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
     springls_params params;
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
     double to_voxel[12];
@@ -2178,6 +2188,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.reshape = 0;
     p.merge_distance = 0.0f;
     p.resample_period = 5;
+    p.resample_last = 0;
     p.split_edge = 1e6f;
     p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACE_COPY;
@@ -2257,7 +2268,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(track_step, 0.0f, 1.0f);
     SPRINGLS__IN(initial_stride, 1, 4);
 #undef SPRINGLS__IN
-    return p->initial_stride == 3 ? "initial_stride" : NULL;
+    return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
 }
 
 /* ======== >>constellation  (src/constellation.h) =============================================================== */
@@ -2806,7 +2817,7 @@ SPRINGLS__FN springls__cell_walk springls__cell_walk_around(const springls_conte
 }
 
 /* ======== >>lanes  (src/lanes.h) =============================================================================== */
-/* lanes.h - the hot loops over vectors of several floats: the same operations in the same order as the scalar text of
+/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
    compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
 
@@ -3146,7 +3157,7 @@ SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
     return v;
 }
 
-/* f (phi - upwind neighbour) */
+/* f times the upwind difference of phi */
 SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
 {
     return f * springls__vec_select(f > 0.0f, c - m, p - c);
@@ -3331,7 +3342,7 @@ SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, fl
 
 /* ======== >>neighbors  (src/neighbors.h) ======================================================================= */
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
-   closest edge of each, nearest first, ties by id. */
+   closest edge of each, nearest first, ties by index. */
 
 enum { SPRINGLS__NEIGHBOR_ROW = 3 * SPRINGLS__MAX_NEIGHBORS };
 
@@ -3349,7 +3360,7 @@ SPRINGLS__FN int springls__insert_nearest(float *d2s, int *codes, int length, in
     return length;
 }
 
-/* row[8 m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
+/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
 SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, int *row)
 {
     const springls__springl *all = ctx->set.s, *self = &all[n];
@@ -3376,7 +3387,8 @@ SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, i
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0)
-                length[m] = springls__insert_nearest(d2s + 8 * m, row + 8 * m, length[m], room, d2[m], 3 * other + edge[m]);
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
+                                                     d2[m], 3 * other + edge[m]);
     }
 }
 
@@ -3439,7 +3451,7 @@ SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const sp
     return some;
 }
 
-/* springls__vertex_force of vertex m of eight springls. */
+/* springls__vertex_force of one vertex of each springl. */
 SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all, springls__vec3 q,
                                                         const int *rows, int stride, int instead)
 {
@@ -3723,7 +3735,7 @@ typedef struct springls__advect_job {
     const springls_forces *forces;
     springls__field pressure, velocity;
     float pressure_weight, velocity_weight, affine_weight;
-    float time, dt, stage_time[4]; /* of the Runge-Kutta stages */
+    float dt, stage_time[4]; /* of the Runge-Kutta stages */
     bool stop_at_topology;
     springls__v3 *displacement; /* MOVERS a springl */
 } springls__advect_job;
@@ -3856,7 +3868,6 @@ SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, con
     job->pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     job->velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->time = time;
     job->dt = dt;
     job->stage_time[0] = time;
     job->stage_time[1] = job->stage_time[2] = time + 0.5f * spread;
@@ -4043,8 +4054,9 @@ SPRINGLS_API springls_status springls_relax(springls_context *ctx)
 /* ======== >>contract  (src/contract.h) ========================================================================= */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
-/* phi at x; beyond the domain, where phi is constant, and the way back to it. */
-SPRINGLS__FN float springls__phi_anywhere(const springls__grid *g, springls__v3 x)
+/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
+   grid are far from the zero level. */
+SPRINGLS__FN float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
     springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
                                             springls__clamp(x.z, -1.0f, (float)g->size[2]));
@@ -4054,7 +4066,7 @@ SPRINGLS__FN float springls__phi_anywhere(const springls__grid *g, springls__v3 
 SPRINGLS__FN void springls__sample_phi_task(void *arg, int begin, int end)
 {
     springls_context *ctx = (springls_context *)arg;
-    for (; begin < end; begin++) ctx->set.phi[begin] = springls__phi_anywhere(&ctx->grid, ctx->set.s[begin].p);
+    for (; begin < end; begin++) ctx->set.phi[begin] = springls__phi_or_beyond(&ctx->grid, ctx->set.s[begin].p);
 }
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
@@ -4265,7 +4277,7 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx)
 }
 
 /* ======== >>resample  (src/resample.h) ========================================================================= */
-/* resample.h - splits springls whose longest edge has grown too long (section 4.6). */
+/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
 /* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
    takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
@@ -5318,7 +5330,7 @@ typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit 
 
 typedef struct springls__bvh_item { float center[3]; int triangle; } springls__bvh_item;
 
-SPRINGLS__MATHS springls__tri springls__surface_triangle(const springls__surface *surface, int triangle)
+SPRINGLS__FN springls__tri springls__surface_triangle(const springls__surface *surface, int triangle)
 {
     springls__tri t;
     t.a = surface->points[3 * triangle];
@@ -5495,7 +5507,7 @@ SPRINGLS__FN springls_status springls__surface_build_springls(springls_context *
 
 /* ---- closest point ---- */
 
-SPRINGLS__MATHS float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
+SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
 {
     float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
     float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
@@ -5504,7 +5516,7 @@ SPRINGLS__MATHS float springls__bvh_box_distance2(const springls__bvh_node *node
 }
 
 /* To the bounds of one triangle. */
-SPRINGLS__MATHS float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
+SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
 {
     float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
                                            x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
@@ -5552,13 +5564,13 @@ SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls
         while (!node->count) { /* down to a leaf by the nearer child */
             const springls__bvh_node *child = &surface->nodes[node->first];
             float d0 = springls__bvh_box_distance2(&child[0], x), d1 = springls__bvh_box_distance2(&child[1], x);
-            int far = d0 <= d1;
-            if ((far ? d1 : d0) <= limit2) {
-                stack[top].d2 = far ? d1 : d0;
-                stack[top++].node = node->first + far;
+            int second = d0 <= d1; /* the one to be looked at later */
+            if ((second ? d1 : d0) <= limit2) {
+                stack[top].d2 = second ? d1 : d0;
+                stack[top++].node = node->first + second;
             }
-            node = &child[!far];
-            if ((far ? d0 : d1) > limit2) break;
+            node = &child[!second];
+            if ((second ? d0 : d1) > limit2) break;
         }
         for (i = 0; i < node->count; i++) {
             int triangle = surface->order[node->first + i];
@@ -5615,19 +5627,19 @@ SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 
 }
 
 /* Does the ray enter the box before t_max? The box is widened by what rounding can do, so that no hit is missed. */
-SPRINGLS__MATHS int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
 {
-    float near = 0.0f, far = t_max;
+    float t_in = 0.0f, t_out = t_max;
     int k;
     for (k = 0; k < 3; k++) {
         float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
         float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
         if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
-        near = springls__max(near, t0);
-        far = springls__min(far, t1);
+        t_in = springls__max(t_in, t0);
+        t_out = springls__min(t_out, t1);
     }
-    *t = near;
-    return near <= far * 1.000002f;
+    *t = t_in;
+    return t_in <= t_out * 1.000002f;
 }
 
 /* Where the ray meets a triangle, from either side: t in [0, t_max], and the point by barycentric weights. */
@@ -5726,7 +5738,7 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
     for (n = surface->node_count - 1; n >= 0; n--) {
         const springls__bvh_node *node = &surface->nodes[n];
         springls__dipole *d = &surface->dipoles[n];
-        springls__v3 far = springls__v3_make(0.0f, 0.0f, 0.0f);
+        springls__v3 extent = springls__v3_make(0.0f, 0.0f, 0.0f);
         float weight = 0.0f;
         int parts = node->count ? node->count : 2;
         memset(d, 0, sizeof *d);
@@ -5753,11 +5765,11 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
         for (k = 0; k < 3; k++) {
             float c = k == 0 ? d->center.x : k == 1 ? d->center.y : d->center.z;
             float e = springls__max(c - node->lower[k], node->upper[k] - c);
-            if (k == 0) far.x = e;
-            else if (k == 1) far.y = e;
-            else far.z = e;
+            if (k == 0) extent.x = e;
+            else if (k == 1) extent.y = e;
+            else extent.z = e;
         }
-        d->radius2 = springls__length2(far);
+        d->radius2 = springls__length2(extent);
     }
     return SPRINGLS_OK;
 }
@@ -6190,7 +6202,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
 
 /* ---- the initial springls ---- */
 
-/* phi's zero by two Newton steps along its gradient. */
+/* phi's zero by three Newton steps along its gradient. */
 SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, springls__v3 x)
 {
     int i;
@@ -7118,10 +7130,8 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
     const springls__springl *s = ctx->set.s;
     springls__v3 normal = springls__springl_normal(&s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
-    float widest = 0.0f, search;
+    const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
     int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    for (i = 0; i < 3; i++) widest = springls__max(widest, (float)ctx->desc.grid.spacing[i]);
-    search = radius * widest / ctx->smallest_spacing;
     memset(&fit, 0, sizeof fit);
     if (model->count) stack[top++] = 0;
     while (top) {
@@ -7229,7 +7239,6 @@ SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
     }
 }
 
-/* The closest place of any springl, wherever the point is. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out)
 {
     springls__hit_query q;
@@ -7243,8 +7252,6 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
     return SPRINGLS_OK;
 }
 
-/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Directions need not be unit
-   vectors; a direction of no length hits nothing. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out)
 {
@@ -7817,7 +7824,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 848 \"springls.h\"\n",
+    "#line 857 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7854,7 +7861,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 886 \"springls.h\"\n",
+    "#line 895 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7917,7 +7924,8 @@ static const char *const springls__kernel_lines[] = {
     "    return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "}\n",
     "\n",
-    "/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r, a degree-6 series in r/16, then squarings. */\n",
+    "/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k\n",
+    "   by repeated squaring, which is exact. */\n",
     "SPRINGLS__MATHS float springls__exp(float x)\n",
     "{\n",
     "    float k = springls__floor(springls__clamp(x, -80.0f, 80.0f) * 1.44269504f + 0.5f);\n",
@@ -7989,7 +7997,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1022 \"springls.h\"\n",
+    "#line 1032 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8056,7 +8064,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1090 \"springls.h\"\n",
+    "#line 1100 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8089,7 +8097,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1124 \"springls.h\"\n",
+    "#line 1134 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8187,7 +8195,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1223 \"springls.h\"\n",
+    "#line 1233 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8223,7 +8231,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1260 \"springls.h\"\n",
+    "#line 1270 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8255,7 +8263,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1293 \"springls.h\"\n",
+    "#line 1303 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8377,7 +8385,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1416 \"springls.h\"\n",
+    "#line 1426 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8385,10 +8393,10 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1425 \"springls.h\"\n",
-    "/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */\n",
+    "#line 1435 \"springls.h\"\n",
+    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
-    "/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */\n",
+    "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
     "typedef struct springls__tri_plan {\n",
     "    springls__tri t;\n",
     "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
@@ -8438,7 +8446,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1479 \"springls.h\"\n",
+    "#line 1489 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8448,7 +8456,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1490 \"springls.h\"\n",
+    "#line 1500 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8481,7 +8489,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1524 \"springls.h\"\n",
+    "#line 1534 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8536,7 +8544,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1580 \"springls.h\"\n",
+    "#line 1590 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -8605,7 +8613,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1650 \"springls.h\"\n",
+    "#line 1660 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
@@ -8634,7 +8642,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1680 \"springls.h\"\n",
+    "#line 1690 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8774,7 +8782,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1821 \"springls.h\"\n",
+    "#line 1831 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -8919,6 +8927,8 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     ctx->params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
+    springls__fill(ctx->grid.omega, SPRINGLS__OUTSIDE, params->capture);
+    springls__fill(ctx->grid.omega, SPRINGLS__INSIDE, params->capture);
     if (ctx->set.count == 0) springls__clear_model(ctx);
     return SPRINGLS_OK;
 }

@@ -1,6 +1,6 @@
-/* omega.h - the unsigned level set: distance to springl triangles, a row of eight voxels at a time (eq. 21). */
+/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
 
-/* A triangle prepared for rows: everything the distance needs that does not depend on the voxel. */
+/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */
 typedef struct springls__tri_plan {
     springls__tri t;
     springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */

@@ -60,7 +60,8 @@ SPRINGLS__MATHS springls__v3 springls__normalize(springls__v3 a)
     return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);
 }
 
-/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r, a degree-6 series in r/16, then squarings. */
+/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k
+   by repeated squaring, which is exact. */
 SPRINGLS__MATHS float springls__exp(float x)
 {
     float k = springls__floor(springls__clamp(x, -80.0f, 80.0f) * 1.44269504f + 0.5f);

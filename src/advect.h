@@ -68,7 +68,7 @@ typedef struct springls__advect_job {
     const springls_forces *forces;
     springls__field pressure, velocity;
     float pressure_weight, velocity_weight, affine_weight;
-    float time, dt, stage_time[4]; /* of the Runge-Kutta stages */
+    float dt, stage_time[4]; /* of the Runge-Kutta stages */
     bool stop_at_topology;
     springls__v3 *displacement; /* MOVERS a springl */
 } springls__advect_job;
@@ -201,7 +201,6 @@ SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, con
     job->pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     job->velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->time = time;
     job->dt = dt;
     job->stage_time[0] = time;
     job->stage_time[1] = job->stage_time[2] = time + 0.5f * spread;

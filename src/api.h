@@ -49,9 +49,9 @@ typedef enum springls_status {
     SPRINGLS_OK = 0,
     SPRINGLS_INVALID_ARGUMENT = -1, /* NULL, a size out of range, parameters that were not made by a *_params() call    */
     SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, or no triangle with an area                              */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
-    SPRINGLS_EMPTY_MODEL = -5,      /* the call needs springls and there are none                                      */
+    SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
     SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
 } springls_status;
 
@@ -173,14 +173,14 @@ typedef struct springls_params {
     int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
 
     /* initial springls from a level set or shape */
-    int initial_stride;      /* marching cubes on every n-th voxel                                              */
+    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
     int project_initial;     /* 1: move particles and vertices onto the zero level                              */
 } springls_params;
 
 /* What we recommend: accurate tracking, topology change and speed at once. */
 SPRINGLS_API springls_params springls_default_params(void);
 
-/* The paper's rules and constants (eq. 1-26, Table 1). Deviations are listed in the chapter on parameters. */
+/* The paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs. */
 SPRINGLS_API springls_params springls_paper_params(void);
 
 /* ---- >>life cycle --------------------------------------------------------------------------------------------- */
@@ -199,7 +199,7 @@ typedef struct springls_grid_desc {
 typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                   */
-    int max_springls;              /* further splits and fills are refused and counted; 0: 64 million           */
+    int max_springls;              /* more are refused and counted (set_springls: refused); 0: 64 million; set_mesh takes any number */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -218,7 +218,8 @@ SPRINGLS_API springls_status springls_reset(springls_context *ctx);
 /* The sentence for the last failure, "" after none; belongs to the context. With ctx = NULL: "no context". */
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx);
 
-/* Parameters may be read and replaced between any two calls. */
+/* Parameters may be read and replaced between any two calls, band_half_width only while there is no model.
+   INVALID_ARGUMENT names the member that is out of range; nothing changes then. */
 SPRINGLS_API springls_params springls_get_params(const springls_context *ctx);
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params);
 
@@ -365,7 +366,8 @@ typedef struct springls_step_desc {
    the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
-/* `steps` steps with progress reports. Stops early, with OK, when active-contour springls no longer move. */
+/* `steps` steps with progress reports. Stops early, with OK, after a step in which at most one springl in a thousand moved
+   by more than a hundredth of a voxel: not for steps that are meant to be smaller. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
 SPRINGLS_API double springls_time(const springls_context *ctx);
@@ -412,14 +414,16 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
 
-/* Dense copies of the fields on the model's grid, x fastest, voxels: size[0]*size[1]*size[2] floats. */
+/* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
 /* ---- >>queries: world coordinates, batches of 3 floats a point ------------------------------------------------ */
 
 /* phi, in world units when the spacing is uniform (else in units of the smallest spacing); clamped outside the band. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
+/* grad phi, world components: of unit length where phi is a distance and the spacing uniform. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
+/* 1 inside, 0 outside: one byte a point. */
 SPRINGLS_API springls_status springls_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* A place on the model. `material` is the same place on the original surface: its point, the triangle of the original
@@ -434,7 +438,10 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
+/* The closest place of any springl, wherever the point is. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
+/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Directions need not be unit
+   vectors; a direction of no length hits nothing. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 

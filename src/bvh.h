@@ -10,7 +10,7 @@ typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit 
 
 typedef struct springls__bvh_item { float center[3]; int triangle; } springls__bvh_item;
 
-SPRINGLS__MATHS springls__tri springls__surface_triangle(const springls__surface *surface, int triangle)
+SPRINGLS__FN springls__tri springls__surface_triangle(const springls__surface *surface, int triangle)
 {
     springls__tri t;
     t.a = surface->points[3 * triangle];
@@ -187,7 +187,7 @@ SPRINGLS__FN springls_status springls__surface_build_springls(springls_context *
 
 /* ---- closest point ---- */
 
-SPRINGLS__MATHS float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
+SPRINGLS__FN float springls__bvh_box_distance2(const springls__bvh_node *node, springls__v3 x)
 {
     float dx = springls__max(springls__max(node->lower[0] - x.x, x.x - node->upper[0]), 0.0f);
     float dy = springls__max(springls__max(node->lower[1] - x.y, x.y - node->upper[1]), 0.0f);
@@ -196,7 +196,7 @@ SPRINGLS__MATHS float springls__bvh_box_distance2(const springls__bvh_node *node
 }
 
 /* To the bounds of one triangle. */
-SPRINGLS__MATHS float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
+SPRINGLS__FN float springls__bvh_triangle_distance2(const springls__v3 *p, springls__v3 x)
 {
     float dx = springls__max(springls__max(springls__min(springls__min(p[0].x, p[1].x), p[2].x) - x.x,
                                            x.x - springls__max(springls__max(p[0].x, p[1].x), p[2].x)), 0.0f);
@@ -244,13 +244,13 @@ SPRINGLS__FN springls__surface_hit springls__surface_closest_from(const springls
         while (!node->count) { /* down to a leaf by the nearer child */
             const springls__bvh_node *child = &surface->nodes[node->first];
             float d0 = springls__bvh_box_distance2(&child[0], x), d1 = springls__bvh_box_distance2(&child[1], x);
-            int far = d0 <= d1;
-            if ((far ? d1 : d0) <= limit2) {
-                stack[top].d2 = far ? d1 : d0;
-                stack[top++].node = node->first + far;
+            int second = d0 <= d1; /* the one to be looked at later */
+            if ((second ? d1 : d0) <= limit2) {
+                stack[top].d2 = second ? d1 : d0;
+                stack[top++].node = node->first + second;
             }
-            node = &child[!far];
-            if ((far ? d0 : d1) > limit2) break;
+            node = &child[!second];
+            if ((second ? d0 : d1) > limit2) break;
         }
         for (i = 0; i < node->count; i++) {
             int triangle = surface->order[node->first + i];
@@ -307,19 +307,19 @@ SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 
 }
 
 /* Does the ray enter the box before t_max? The box is widened by what rounding can do, so that no hit is missed. */
-SPRINGLS__MATHS int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
 {
-    float near = 0.0f, far = t_max;
+    float t_in = 0.0f, t_out = t_max;
     int k;
     for (k = 0; k < 3; k++) {
         float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
         float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
         if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
-        near = springls__max(near, t0);
-        far = springls__min(far, t1);
+        t_in = springls__max(t_in, t0);
+        t_out = springls__min(t_out, t1);
     }
-    *t = near;
-    return near <= far * 1.000002f;
+    *t = t_in;
+    return t_in <= t_out * 1.000002f;
 }
 
 /* Where the ray meets a triangle, from either side: t in [0, t_max], and the point by barycentric weights. */
@@ -418,7 +418,7 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
     for (n = surface->node_count - 1; n >= 0; n--) {
         const springls__bvh_node *node = &surface->nodes[n];
         springls__dipole *d = &surface->dipoles[n];
-        springls__v3 far = springls__v3_make(0.0f, 0.0f, 0.0f);
+        springls__v3 extent = springls__v3_make(0.0f, 0.0f, 0.0f);
         float weight = 0.0f;
         int parts = node->count ? node->count : 2;
         memset(d, 0, sizeof *d);
@@ -445,11 +445,11 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
         for (k = 0; k < 3; k++) {
             float c = k == 0 ? d->center.x : k == 1 ? d->center.y : d->center.z;
             float e = springls__max(c - node->lower[k], node->upper[k] - c);
-            if (k == 0) far.x = e;
-            else if (k == 1) far.y = e;
-            else far.z = e;
+            if (k == 0) extent.x = e;
+            else if (k == 1) extent.y = e;
+            else extent.z = e;
         }
-        d->radius2 = springls__length2(far);
+        d->radius2 = springls__length2(extent);
     }
     return SPRINGLS_OK;
 }

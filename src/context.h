@@ -106,6 +106,8 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
     ctx->params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
+    springls__fill(ctx->grid.omega, SPRINGLS__OUTSIDE, params->capture);
+    springls__fill(ctx->grid.omega, SPRINGLS__INSIDE, params->capture);
     if (ctx->set.count == 0) springls__clear_model(ctx);
     return SPRINGLS_OK;
 }

@@ -1,7 +1,8 @@
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
-/* phi at x; beyond the domain, where phi is constant, and the way back to it. */
-SPRINGLS__FN float springls__phi_anywhere(const springls__grid *g, springls__v3 x)
+/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
+   grid are far from the zero level. */
+SPRINGLS__FN float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
     springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
                                             springls__clamp(x.z, -1.0f, (float)g->size[2]));
@@ -11,7 +12,7 @@ SPRINGLS__FN float springls__phi_anywhere(const springls__grid *g, springls__v3 
 SPRINGLS__FN void springls__sample_phi_task(void *arg, int begin, int end)
 {
     springls_context *ctx = (springls_context *)arg;
-    for (; begin < end; begin++) ctx->set.phi[begin] = springls__phi_anywhere(&ctx->grid, ctx->set.s[begin].p);
+    for (; begin < end; begin++) ctx->set.phi[begin] = springls__phi_or_beyond(&ctx->grid, ctx->set.s[begin].p);
 }
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after

@@ -99,7 +99,7 @@ typedef struct springls__surface {
 } springls__surface;
 
 struct springls_context {
-    springls_desc desc;     /* as resolved: no zero defaults left, params NULL                                  */
+    springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
     springls_params params;
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
     double to_voxel[12];

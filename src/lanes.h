@@ -1,4 +1,4 @@
-/* lanes.h - the hot loops over vectors of several floats: the same operations in the same order as the scalar text of
+/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
    compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
 

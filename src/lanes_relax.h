@@ -37,7 +37,7 @@ SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const sp
     return some;
 }
 
-/* springls__vertex_force of vertex m of eight springls. */
+/* springls__vertex_force of one vertex of each springl. */
 SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all, springls__vec3 q,
                                                         const int *rows, int stride, int instead)
 {

@@ -71,7 +71,7 @@ SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
     return v;
 }
 
-/* f (phi - upwind neighbour) */
+/* f times the upwind difference of phi */
 SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
 {
     return f * springls__vec_select(f > 0.0f, c - m, p - c);

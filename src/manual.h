@@ -68,8 +68,9 @@
 
      With resample_last = 1 (default set) contract and resample come after evolve and rebuild, before fill_gaps, and the
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
-     ends with phi taking the springls' oriented distance near them; and unsigned_to_signed lets springls say on which side
+     ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
      of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
@@ -78,7 +79,7 @@
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage may also be called alone, in any order.
+   springls that it adds. Every stage but project may also be called alone, in any order.
 
 
    PARAMETERS
@@ -212,6 +213,7 @@
      eq. 27             springls_pack_matrix
      section 2.3.2      springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
+     section 4.3.1      springls_step: turns flipped triangles (src/relax.h)
      section 4.4        springls_fill_gaps
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample

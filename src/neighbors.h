@@ -1,5 +1,5 @@
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
-   closest edge of each, nearest first, ties by id. */
+   closest edge of each, nearest first, ties by index. */
 
 enum { SPRINGLS__NEIGHBOR_ROW = 3 * SPRINGLS__MAX_NEIGHBORS };
 
@@ -17,7 +17,7 @@ SPRINGLS__FN int springls__insert_nearest(float *d2s, int *codes, int length, in
     return length;
 }
 
-/* row[8 m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
+/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
 SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, int *row)
 {
     const springls__springl *all = ctx->set.s, *self = &all[n];
@@ -44,7 +44,8 @@ SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, i
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0)
-                length[m] = springls__insert_nearest(d2s + 8 * m, row + 8 * m, length[m], room, d2[m], 3 * other + edge[m]);
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
+                                                     d2[m], 3 * other + edge[m]);
     }
 }
 

@@ -28,6 +28,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.reshape = 0;
     p.merge_distance = 0.0f;
     p.resample_period = 5;
+    p.resample_last = 0;
     p.split_edge = 1e6f;
     p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACE_COPY;
@@ -107,5 +108,5 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(track_step, 0.0f, 1.0f);
     SPRINGLS__IN(initial_stride, 1, 4);
 #undef SPRINGLS__IN
-    return p->initial_stride == 3 ? "initial_stride" : NULL;
+    return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
 }

@@ -216,10 +216,8 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
     const springls__springl *s = ctx->set.s;
     springls__v3 normal = springls__springl_normal(&s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
-    float widest = 0.0f, search;
+    const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
     int stack[SPRINGLS__BVH_STACK], top = 0, i;
-    for (i = 0; i < 3; i++) widest = springls__max(widest, (float)ctx->desc.grid.spacing[i]);
-    search = radius * widest / ctx->smallest_spacing;
     memset(&fit, 0, sizeof fit);
     if (model->count) stack[top++] = 0;
     while (top) {
@@ -327,7 +325,6 @@ SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
     }
 }
 
-/* The closest place of any springl, wherever the point is. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out)
 {
     springls__hit_query q;
@@ -341,8 +338,6 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
     return SPRINGLS_OK;
 }
 
-/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Directions need not be unit
-   vectors; a direction of no length hits nothing. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out)
 {

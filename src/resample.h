@@ -1,4 +1,4 @@
-/* resample.h - splits springls whose longest edge has grown too long (section 4.6). */
+/* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
 /* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
    takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
