@@ -97,7 +97,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"steps", CLI_INT, &set->steps, "K", "steps at most on each grid", 0, 1e6, NULL},
         {"speed", CLI_DOUBLE, &set->speed, "V", "voxels a step at full pressure", 0.001, 2, NULL},
         {"topology", CLI_CHOICE, &topology, NULL, "may the contour split and merge?", 0, 0, "free|preserved"},
-        {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
+        {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
         {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
         {"label", CLI_STRING, &set->label_text, "K[,K2..]", "its labels; without: all but 0", 0, 0, NULL},
@@ -117,25 +117,25 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
 
 int main(int argc, char **argv)
 {
-    static struct segment run = {.set = {.init = "sphere", .level = (double)NAN, .curvature = 0.05, .speed = 0.5, .steps = 200,
-                                         .frame = -1, .mask_label = -1, .center = {NAN, NAN, NAN}}};
-    run.set.common = cli_common_defaults();
-    int status = read_command_line(&run.set, argc, argv);
+    static struct segment run = {.settings = {.init = "sphere", .level = (double)NAN, .curvature = 0.05, .speed = 0.5,
+                                              .steps = 200, .frame = -1, .mask_label = -1, .center = {NAN, NAN, NAN}}};
+    run.settings.common = cli_common_defaults();
+    int status = read_command_line(&run.settings, argc, argv);
     if (status == CLI_GO_ON) {
-        status = run_options("segment", &run.set.common, run.set.set, &run.params);
+        status = run_options("segment", &run.settings.common, run.settings.overrides, &run.params);
     }
     if (status != CLI_GO_ON) {
         return status;
     }
-    if (run.set.keep_topology) {
+    if (run.settings.keep_topology) {
         run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
     }
-    bool done = segment_read(&run) && segment_run(&run) && (!run.set.reference || segment_compare(&run));
+    bool done = segment_read(&run) && segment_run(&run) && (!run.settings.reference || segment_compare(&run));
     if (done) {
-        segment_say(&run);
+        segment_print_summary(&run);
     }
-    done = done && (!run.set.common.out || segment_write(&run))
-        && (!run.set.common.json || segment_report(&run, run.set.common.json));
+    done = done && (!run.settings.common.out || segment_write(&run))
+        && (!run.settings.common.json || segment_report(&run, run.settings.common.json));
     segment_free(&run);
     return done ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
 }

@@ -146,6 +146,13 @@ static void keep_message(void *user, int level, const char *message)
     snprintf(user, 256, "%s", message);
 }
 
+/* Wall clock, also without OpenMP. */
+static double run_clock(void *user)
+{
+    (void)user;
+    return elapsed_seconds();
+}
+
 int run_create(const char *program, springls_desc *desc, springls_context **ctx)
 {
     char message[256] = "no reason given";
@@ -163,10 +170,4 @@ int run_create(const char *program, springls_desc *desc, springls_context **ctx)
         return cli_fail(program, usage ? CLI_EXIT_USAGE : CLI_EXIT_FAILURE, "%s%s", usage ? "parameter or grid: " : "", message);
     }
     return CLI_GO_ON;
-}
-
-double run_clock(void *user)
-{
-    (void)user;
-    return elapsed_seconds();
 }

@@ -17,10 +17,7 @@ int run_threads(void); /* threads that parallel loops use now */
 /* "folder/name", cut to `size` - 1 characters. */
 const char *run_path(const char *folder, const char *name, char *path, size_t size);
 
-/* springls_create, with its reason for a refusal on stderr: CLI_GO_ON, or the exit status. The clock is run_clock. */
+/* springls_create, with its reason for a refusal on stderr: CLI_GO_ON, or the exit status. Timed by the wall clock. */
 int run_create(const char *program, springls_desc *desc, springls_context **ctx);
-
-/* A springls_trace.now: wall clock, also without OpenMP. */
-double run_clock(void *user);
 
 #endif

@@ -1,5 +1,6 @@
-/* segment.h - the pieces of examples/segment.c: input, the contour's run, output. All return false after one line on
- * stderr. Order: segment_read, segment_run, segment_compare (with a reference), segment_say, segment_write. */
+/* segment.h - the pieces of examples/segment.c: input, the contour's run, output. What can fail returns
+ * false after one line on stderr. Order: segment_read, segment_run, segment_compare (with a reference),
+ * segment_print_summary, segment_write. */
 #ifndef EXAMPLES_COMMON_SEGMENT_H
 #define EXAMPLES_COMMON_SEGMENT_H
 
@@ -14,8 +15,9 @@ enum { SEGMENT_MOST_LEVELS = 4, SEGMENT_MOST_LABELS = 256 };
 /* What the command line says. */
 struct segment_settings {
     struct cli_common common;
-    const char *image, *init, *mask, *init_mesh, *reference, *set;
-    const char *label_text; /* for the report */
+    const char *image, *init, *mask, *init_mesh, *reference;
+    const char *overrides;  /* --set */
+    const char *label_text; /* --label as written: read into `labels`, and named in the report */
     double level;           /* NaN: Otsu's threshold */
     double window[2];       /* low < high: used instead of the level */
     double curvature, speed, radius, ramp;
@@ -25,7 +27,7 @@ struct segment_settings {
 };
 
 struct segment {
-    struct segment_settings set;
+    struct segment_settings settings;
     springls_params params;
     struct volume image, reference;
     size_t voxels;           /* of the image */
@@ -50,24 +52,23 @@ struct segment {
 
 /* segment_input.c: image, reference and window; and the first surface on the present grid. */
 bool segment_read(struct segment *run);
-bool segment_read_volume(const struct segment *run, const char *path, struct volume *volume);
 bool segment_start(struct segment *run);
 bool segment_start_from(struct segment *run, const struct volume *from, const char *doing); /* from a level set elsewhere */
-bool segment_starts_far(const struct segment *run);                                         /* from a shape */
+bool segment_starts_far(const struct segment *run); /* does it start from a shape? */
 
 /* segment_run.c */
 bool segment_run(struct segment *run);
 bool segment_compare(struct segment *run);
 
 /* segment_output.c */
-void segment_say(const struct segment *run);
+void segment_print_summary(const struct segment *run);
 bool segment_write(const struct segment *run);                    /* everything into --out */
 bool segment_report(const struct segment *run, const char *path); /* JSON */
 
 void segment_free(struct segment *run);
 
 /* May it print on standard output? */
-bool segment_talks(const struct segment *run);
+bool segment_may_print(const struct segment *run);
 
 /* One line on stderr; false, so that callers can return it. */
 bool segment_fail(const char *format, ...)
@@ -76,6 +77,7 @@ bool segment_fail(const char *format, ...)
 #endif
     ;
 bool segment_no_memory(void);
-bool segment_good(const springls_context *ctx, springls_status status, const char *doing);
+/* Fails unless `status` is good; the line begins with `doing`. */
+bool segment_check(const springls_context *ctx, springls_status status, const char *doing);
 
 #endif

@@ -11,16 +11,16 @@
 #include <string.h>
 
 /* The only image of a file, or the one that --frame names. */
-bool segment_read_volume(const struct segment *run, const char *path, struct volume *volume)
+static bool read_volume(const struct segment *run, const char *path, struct volume *volume)
 {
     char error[VOLUME_TEXT];
     bool found = volume_read(path, 0, volume, error);
-    if (found && volume->frame_count > 1 && run->set.frame < 0) {
+    if (found && volume->frame_count > 1 && run->settings.frame < 0) {
         return segment_fail("%.200s: %d images in one file (4-D): choose one with --frame", path, volume->frame_count);
     }
-    if (found && volume->frame_count > 1 && run->set.frame > 0) {
+    if (found && volume->frame_count > 1 && run->settings.frame > 0) {
         volume_free(volume);
-        found = volume_read(path, run->set.frame, volume, error);
+        found = volume_read(path, run->settings.frame, volume, error);
     }
     return found || segment_fail("%s", error);
 }
@@ -28,18 +28,18 @@ bool segment_read_volume(const struct segment *run, const char *path, struct vol
 static bool read_image(struct segment *run)
 {
     struct volume *image = &run->image;
-    if (!segment_read_volume(run, run->set.image, image)) {
+    if (!read_volume(run, run->settings.image, image)) {
         return false;
     }
-    if (image->note[0] && segment_talks(run)) {
+    if (image->note[0] && segment_may_print(run)) {
         printf("note: %s\n", image->note);
     }
     if (image->dims[0] < 4 || image->dims[1] < 4 || image->dims[2] < 4) {
-        return segment_fail("%.200s: %d x %d x %d voxels are no volume: 4 are needed each way", run->set.image, image->dims[0],
-                        image->dims[1], image->dims[2]);
+        return segment_fail("%.200s: %d x %d x %d voxels are no volume: 4 are needed each way", run->settings.image,
+                            image->dims[0], image->dims[1], image->dims[2]);
     }
     if (!(image->maximum > image->minimum)) {
-        return segment_fail("%.200s: all voxels are equal", run->set.image);
+        return segment_fail("%.200s: all voxels are equal", run->settings.image);
     }
     run->voxels = volume_voxels(image);
     run->distance = malloc(run->voxels * sizeof *run->distance);
@@ -50,18 +50,18 @@ static bool read_image(struct segment *run)
 static bool read_reference(struct segment *run)
 {
     struct volume *reference = &run->reference;
-    if (!segment_read_volume(run, run->set.reference, reference)) {
+    if (!read_volume(run, run->settings.reference, reference)) {
         return false;
     }
     if (!volume_same_grid(&run->image, reference)) {
-        return segment_fail("%.200s: not on the grid of the image", run->set.reference);
+        return segment_fail("%.200s: not on the grid of the image", run->settings.reference);
     }
     run->truth = malloc(run->voxels);
     if (!run->truth) {
         return segment_no_memory();
     }
-    if (segment_mask(reference, run->set.labels, run->set.label_count, run->truth) == 0) {
-        return segment_fail("%.200s: no voxel has the label asked for", run->set.reference);
+    if (segment_mask(reference, run->settings.labels, run->settings.label_count, run->truth) == 0) {
+        return segment_fail("%.200s: no voxel has the label asked for", run->settings.reference);
     }
     for (size_t n = 0; n < run->voxels; ++n) {
         reference->data[n] = run->truth[n];
@@ -72,7 +72,7 @@ static bool read_reference(struct segment *run)
 /* Low, high and ramp of the pressure. */
 static bool choose_window(struct segment *run)
 {
-    const struct segment_settings *set = &run->set;
+    const struct segment_settings *set = &run->settings;
     const struct volume *image = &run->image;
     const float range = image->maximum - image->minimum, never = 2.0f * range; /* an open end: the ramp never gets there */
     const float usual = segment_percentile(image, 0.995) - segment_percentile(image, 0.005);
@@ -83,7 +83,7 @@ static bool choose_window(struct segment *run)
         const float level = isnan(set->level) ? segment_otsu(image) : (float)set->level;
         run->low = set->dark ? image->minimum - never : level;
         run->high = set->dark ? level : image->maximum + never;
-        if (isnan(set->level) && segment_talks(run)) {
+        if (isnan(set->level) && segment_may_print(run)) {
             printf("level %.6g (Otsu's threshold)\n", (double)level);
         }
     }
@@ -99,7 +99,7 @@ static bool choose_window(struct segment *run)
 
 bool segment_read(struct segment *run)
 {
-    return read_image(run) && choose_window(run) && (!run->set.reference || read_reference(run));
+    return read_image(run) && choose_window(run) && (!run->settings.reference || read_reference(run));
 }
 
 /* ---- start ---- */
@@ -109,10 +109,10 @@ bool segment_start_from(struct segment *run, const struct volume *from, const ch
 {
     struct volume *grid = &run->grid;
     segment_resample(from, from->data, grid, grid->data);
-    if (run->set.largest && !segment_keep_largest(grid->dims, grid->data)) {
+    if (run->settings.largest && !segment_keep_largest(grid->dims, grid->data)) {
         return segment_no_memory();
     }
-    return segment_good(run->ctx, springls_set_level_set(run->ctx, grid->data), doing);
+    return segment_check(run->ctx, springls_set_level_set(run->ctx, grid->data), doing);
 }
 
 static bool start_from_threshold(struct segment *run)
@@ -132,9 +132,9 @@ static bool start_from_threshold(struct segment *run)
 
 static bool start_from_mask(struct segment *run)
 {
-    const struct segment_settings *set = &run->set;
+    const struct segment_settings *set = &run->settings;
     struct volume mask;
-    if (!segment_read_volume(run, set->mask, &mask)) {
+    if (!read_volume(run, set->mask, &mask)) {
         volume_free(&mask);
         return false;
     }
@@ -158,13 +158,13 @@ static bool start_from_mesh(struct segment *run)
 {
     char error[MESH_TEXT];
     struct mesh mesh;
-    if (!mesh_read(run->set.init_mesh, &mesh, error)) {
+    if (!mesh_read(run->settings.init_mesh, &mesh, error)) {
         return segment_fail("%s", error);
     }
     const springls_status status = springls_set_mesh(run->ctx, mesh.positions, (int)mesh.vertex_count, 0,
                                                      (const int *)(const void *)mesh.indices, (int)mesh.triangle_count, NULL);
     mesh_free(&mesh);
-    return segment_good(run->ctx, status, run->set.init_mesh);
+    return segment_check(run->ctx, status, run->settings.init_mesh);
 }
 
 static bool start_from_shape(struct segment *run)
@@ -176,22 +176,22 @@ static bool start_from_shape(struct segment *run)
         shortest = fminf(shortest, image->spacing[a] * (float)image->dims[a]);
     }
     volume_index_to_world(image, middle, center);
-    if (!isnan(run->set.center[0])) {
-        memcpy(center, run->set.center, sizeof center);
+    if (!isnan(run->settings.center[0])) {
+        memcpy(center, run->settings.center, sizeof center);
     }
-    const float radius = run->set.radius > 0.0 ? (float)run->set.radius : shortest / 3.0f;
-    return segment_good(run->ctx, segment_model_shape(run->ctx, run->set.init, center, radius), "the starting shape");
+    const float radius = run->settings.radius > 0.0 ? (float)run->settings.radius : shortest / 3.0f;
+    return segment_check(run->ctx, segment_model_shape(run->ctx, run->settings.init, center, radius), "the starting shape");
 }
 
 bool segment_starts_far(const struct segment *run)
 {
-    const char *init = run->set.init;
+    const char *init = run->settings.init;
     return strcmp(init, "mask") != 0 && strcmp(init, "mesh") != 0 && strcmp(init, "threshold") != 0;
 }
 
 bool segment_start(struct segment *run)
 {
-    const char *init = run->set.init;
+    const char *init = run->settings.init;
     return strcmp(init, "threshold") == 0 ? start_from_threshold(run)
            : strcmp(init, "mask") == 0    ? start_from_mask(run)
            : strcmp(init, "mesh") == 0    ? start_from_mesh(run)

@@ -13,9 +13,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-bool segment_talks(const struct segment *run)
+bool segment_may_print(const struct segment *run)
 {
-    const struct cli_common *common = &run->set.common;
+    const struct cli_common *common = &run->settings.common;
     return !common->quiet && !(common->json && common->json[0] == '-' && common->json[1] == '\0');
 }
 
@@ -32,7 +32,7 @@ bool segment_fail(const char *format, ...)
 
 bool segment_no_memory(void) { return segment_fail("not enough memory"); }
 
-bool segment_good(const springls_context *ctx, springls_status status, const char *doing)
+bool segment_check(const springls_context *ctx, springls_status status, const char *doing)
 {
     const char *why = status == SPRINGLS_OK ? "" : springls_last_error(ctx);
     if (status == SPRINGLS_EMPTY_MODEL) {
@@ -81,7 +81,7 @@ static const char *how_it_ended(const struct segment *run) { return run->at_rest
 
 bool segment_report(const struct segment *run, const char *path)
 {
-    const struct segment_settings *set = &run->set;
+    const struct segment_settings *set = &run->settings;
     struct json_writer json;
     if (!json_open(&json, path)) {
         return segment_fail("%s: cannot write there", path);
@@ -142,7 +142,7 @@ bool segment_write(const struct segment *run)
                                  .originals = run->levels == 1 ? run->surface.correspondences : NULL, /* finer grids forget */
                                  .comment = "millimetres, RAS+"};
     for (int f = 0; f < 7; ++f) {
-        run_path(run->set.common.out, names[f], path[f], sizeof path[f]);
+        run_path(run->settings.common.out, names[f], path[f], sizeof path[f]);
     }
     if (!volume_write(path[0], &run->image, VOLUME_UINT8, run->inside, error)
         || !volume_write(path[1], &run->image, VOLUME_FLOAT32, run->distance, error)
@@ -152,9 +152,9 @@ bool segment_write(const struct segment *run)
     return draw(run, path[3], path[4], path[5]) && segment_report(run, path[6]);
 }
 
-void segment_say(const struct segment *run)
+void segment_print_summary(const struct segment *run)
 {
-    if (!segment_talks(run)) {
+    if (!segment_may_print(run)) {
         return;
     }
     printf("%s after %d steps, %.1f s; %.2f %% of %d springls still moving\n", how_it_ended(run), run->steps, run->seconds,

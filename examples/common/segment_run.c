@@ -53,7 +53,7 @@ static bool enter_level(struct segment *run, float side, struct volume *coarse)
 static bool take_frame(struct segment *run)
 {
     char caption[48];
-    if (!run->set.common.out) {
+    if (!run->settings.common.out) {
         return true;
     }
     if (run->frame_count == 0) {
@@ -67,7 +67,7 @@ static bool take_frame(struct segment *run)
 /* Steps on one grid until the springls are at rest. */
 static bool settle(struct segment *run, struct progress *bar)
 {
-    const struct segment_settings *set = &run->set;
+    const struct segment_settings *set = &run->settings;
     struct segment_watch watch;
     springls_forces forces;
     springls_step_desc step;
@@ -91,7 +91,7 @@ static bool settle(struct segment *run, struct progress *bar)
     fine = segment_watch_look(&watch, run->ctx, 0.0f, &run->moving) || segment_no_memory();
     for (int s = 1; fine && s <= set->steps && !run->at_rest && springls_count(run->ctx) > 0; ++s) {
         char note[64];
-        fine = segment_good(run->ctx, springls_step(run->ctx, &step), "step");
+        fine = segment_check(run->ctx, springls_step(run->ctx, &step), "step");
         run->steps++;
         if (fine && s % LOOK_EVERY == 0) {
             fine = segment_watch_look(&watch, run->ctx, still, &run->moving) || segment_no_memory();
@@ -116,15 +116,16 @@ static float choose_side(const struct segment *run)
 {
     const float *spacing = run->image.spacing, longest = longest_side(&run->image);
     const float own = cbrtf(spacing[0] * spacing[1] * spacing[2]);
-    return run->set.common.grid > 0 ? longest / (float)run->set.common.grid : fmaxf(own, longest / (float)MOST_CELLS);
+    const int grid = run->settings.common.grid;
+    return grid > 0 ? longest / (float)grid : fmaxf(own, longest / (float)MOST_CELLS);
 }
 
 /* How many grids, each half as fine as the next. What starts at the object needs no coarser ones. */
 static int choose_levels(const struct segment *run, float cells)
 {
     int levels = 1;
-    if (run->set.levels > 0 || !segment_starts_far(run)) {
-        return run->set.levels > 0 ? run->set.levels : 1;
+    if (run->settings.levels > 0 || !segment_starts_far(run)) {
+        return run->settings.levels > 0 ? run->settings.levels : 1;
     }
     while (levels < SEGMENT_MOST_LEVELS && ldexpf(cells, -levels) >= (float)LEAST_CELLS) {
         levels++;
@@ -134,20 +135,20 @@ static int choose_levels(const struct segment *run, float cells)
 
 static bool evolve(struct segment *run)
 {
-    const struct segment_settings *set = &run->set;
+    const struct segment_settings *set = &run->settings;
     struct volume coarse;
     struct progress bar;
     bool fine = true, started = false;
     const float finest = choose_side(run);
     run->levels = choose_levels(run, longest_side(&run->image) / finest);
     const double begin = elapsed_seconds();
-    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)run->levels, !segment_talks(run));
+    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)run->levels, !segment_may_print(run));
     for (int level = run->levels - 1; fine && level >= 0; --level) {
         fine = enter_level(run, ldexpf(finest, level), &coarse)
             && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));
         volume_free(&coarse);
         fine = fine && (level < run->levels - 1 || take_frame(run)) && settle(run, &bar)
-            && segment_good(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
+            && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
         started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts afresh */
         fine = fine && (!started || take_frame(run));
     }
@@ -156,8 +157,8 @@ static bool evolve(struct segment *run)
     if (fine && !started) {
         return segment_fail("the contour vanished after %d steps: start closer to the object", run->steps);
     }
-    return fine && segment_good(run->ctx, springls_extract_mesh(run->ctx, &run->surface), "surface")
-        && segment_good(run->ctx, springls_measure(run->ctx, &run->measures), "measures");
+    return fine && segment_check(run->ctx, springls_extract_mesh(run->ctx, &run->surface), "surface")
+        && segment_check(run->ctx, springls_measure(run->ctx, &run->measures), "measures");
 }
 
 /* Distances in mm and the mask on the image's grid. */
@@ -169,7 +170,7 @@ static void map_back(struct segment *run)
         run->distance[n] *= size;
         run->inside[n] = run->distance[n] < 0.0f;
     }
-    if (run->set.common.out) {
+    if (run->settings.common.out) {
         segment_extend_distance(&run->image, 2.0f * size, run->distance);
     }
 }
@@ -194,13 +195,14 @@ bool segment_compare(struct segment *run)
 {
     const struct surface found = as_surface(&run->surface);
     const float *spacing = run->image.spacing;
+    const char *reference = run->settings.reference;
     springls_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(&run->image);
     run->overlap = metrics_overlap_masks(run->inside, run->truth, run->voxels);
     if (run_create("segment", &desc, &run->truth_ctx) != CLI_GO_ON
-        || !segment_good(run->truth_ctx, segment_model_mask(run->truth_ctx, run->truth, run->voxels), run->set.reference)
-        || !segment_good(run->truth_ctx, springls_extract_mesh(run->truth_ctx, &run->truth_surface), run->set.reference)) {
+        || !segment_check(run->truth_ctx, segment_model_mask(run->truth_ctx, run->truth, run->voxels), reference)
+        || !segment_check(run->truth_ctx, springls_extract_mesh(run->truth_ctx, &run->truth_surface), reference)) {
         return false;
     }
     const struct surface truth = as_surface(&run->truth_surface);
