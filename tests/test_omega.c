@@ -115,6 +115,20 @@ TEST omega_is_never_stale(void)
     PASS();
 }
 
+/* A new clamp is that of the constant bricks, too. */
+TEST capture_may_change(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 5.0f);
+    springls_params p = springls_get_params(ctx);
+    p.capture = 1.25f;
+    ASSERT_OK(springls_set_params(ctx, &p));
+    ASSERT_OK(springls__omega_build(ctx));
+    ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->grid, ctx->grid.omega, 0, 0, 0));
+    ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->grid, ctx->grid.omega, 15, 15, 12));
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(omega)
 {
     RUN_TEST(triangle_distances_are_exact);
@@ -123,6 +137,7 @@ SUITE(omega)
     RUN_TESTp(omega_is_the_distance, 1);
     RUN_TESTp(omega_is_the_distance, 2);
     RUN_TEST(omega_is_never_stale);
+    RUN_TEST(capture_may_change);
 }
 
 GREATEST_MAIN_DEFS();

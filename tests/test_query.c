@@ -318,6 +318,32 @@ TEST rigid_motion_keeps_material(void)
     PASS();
 }
 
+/* A spacing of zero is a spacing of one, in every answer. */
+TEST zero_spacing_is_one(void)
+{
+    const double zero[3] = { 0.0, 0.0, 0.0 };
+    springls_sphere ball = { { 31.0f, 33.0f, 32.0f }, 12.0f };
+    springls_hit hit[2][50];
+    int k, s, m, i;
+    for (k = 0; k < 2; k++) {
+        springls_context *ctx = make_context(64, k ? zero : NULL, NULL, NULL);
+        float x[150];
+        ASSERT_EQ(SPRINGLS_OK, springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+        for (s = 0; s < ctx->set.count; s++) {
+            for (m = 0; m < 3; m++) rotate(&ctx->set.s[s].q[m]);
+            rotate(&ctx->set.s[s].p);
+        }
+        springls__constellation_changed(ctx);
+        random_state = 5u;
+        for (i = 0; i < 150; i++) x[i] = 20.0f + 24.0f * random_unit();
+        memset(hit[k], 0, sizeof hit[k]);
+        ASSERT_EQ(SPRINGLS_OK, springls_closest(ctx, x, 50, hit[k]));
+        springls_destroy(ctx);
+    }
+    ASSERT_MEM_EQ(hit[0], hit[1], sizeof hit[0]);
+    PASS();
+}
+
 /* Twelve big triangles: too few neighbours for a fit. */
 TEST coarse_box_keeps_material(void)
 {
@@ -435,6 +461,7 @@ TEST bad_points_are_refused(void)
 
 /* ---- shapes: slope one everywhere, zero where they should be ---- */
 
+/* The steepest of many directions; how often the gradient is shorter than one. */
 static float steepest(springls_implicit_fn fn, void *shape, float size, int *flat)
 {
     float worst = 0.0f;
@@ -442,15 +469,20 @@ static float steepest(springls_implicit_fn fn, void *shape, float size, int *fla
     *flat = 0;
     for (i = 0; i < 20000; i++) {
         springls__v3 x = springls__sub(random_point(2.0f * size), springls__v3_make(size, size, size));
-        float y[18], d[6], g = 0.0f;
+        springls__v3 along = springls__normalize(springls__sub(random_point(2.0f), springls__v3_make(1.0f, 1.0f, 1.0f)));
+        float y[24], d[8], g = 0.0f;
         const float h = 2e-3f;
         for (m = 0; m < 6; m++) {
             y[3 * m] = x.x; y[3 * m + 1] = x.y; y[3 * m + 2] = x.z;
             y[3 * m + m / 2] += m % 2 ? h : -h;
         }
-        fn(shape, y, 6, d);
+        for (m = 6; m < 8; m++) {
+            springls__v3 end = springls__mad(x, along, m % 2 ? h : -h);
+            y[3 * m] = end.x; y[3 * m + 1] = end.y; y[3 * m + 2] = end.z;
+        }
+        fn(shape, y, 8, d);
         for (m = 0; m < 3; m++) g += (d[2 * m + 1] - d[2 * m]) * (d[2 * m + 1] - d[2 * m]) / (4.0f * h * h);
-        worst = springls__max(worst, sqrtf(g));
+        worst = springls__max(worst, fabsf(d[7] - d[6]) / (2.0f * h)); /* across an edge the three slopes above mix two sides */
         *flat += g < 0.98f;
     }
     return worst;
@@ -491,6 +523,7 @@ SUITE(world)
     RUN_TEST(closest_in_the_world);
     RUN_TEST(rays_in_the_world);
     RUN_TEST(rigid_motion_keeps_material);
+    RUN_TEST(zero_spacing_is_one);
     RUN_TEST(coarse_box_keeps_material);
     RUN_TEST(packed_forms);
     RUN_TEST(coordinates_there_and_back);

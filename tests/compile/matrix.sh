@@ -108,6 +108,7 @@ for cc in gcc clang; do
     # Compilers warn of more the more they optimise, and of other things.
     check "$cc: implementation at -O2" compiles $cc $std -O2 $here/implement.c
     check "$cc: implementation at -O3 -DNDEBUG" compiles $cc $std -O3 -DNDEBUG $here/implement.c
+    check "$cc: implementation beside the macros of windows.h" compiles $cc $std -O1 -Dnear= -Dfar= -Dsmall=char -Dinterface=struct $here/implement.c
     check "$cc: implementation with OpenMP" compiles $cc $std -fopenmp $here/implement.c
     check "$cc: the parts compile without the tool" parts_compile $cc
     check "$cc: declarations include only stddef, stdint, stdbool" few_headers "$cc $std"
