@@ -79,8 +79,8 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"level", CLI_DOUBLE, &set->level, "L", "the object is brighter than L; without: Otsu's threshold", 0, 0, NULL},
         {"dark", CLI_FLAG, &set->dark, NULL, "the object is darker than the level", 0, 0, NULL},
         {"window", CLI_STRING, &window, "LO,HI", "the object lies between LO and HI", 0, 0, NULL},
-        {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level, at most half the window; 0: a tenth of the "
-         "image's range without 0.5 % at each end", 0, 1e9, NULL},
+        {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level, at most half the window; 0: a tenth of "
+         "the image's range without 0.5 % at each end", 0, 1e9, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
         {"init", CLI_CHOICE, &set->init, NULL, "where the contour starts", 0, 0,
          "sphere|cube|torus|metasphere|mask|threshold|mesh"},
