@@ -45,13 +45,13 @@
      >>fill_gaps            src/fill_gaps.h
      >>unsigned_to_signed   src/unsigned_to_signed.h
      >>step                 src/step.h
+     >>mesh_measure         src/mesh_measure.h
      >>bvh                  src/bvh.h
      >>shapes               src/shapes.h
      >>set_level_set        src/set_level_set.h
      >>set_mesh             src/set_mesh.h
      >>query                src/query.h
      >>read                 src/read.h
-     >>mesh_measure         src/mesh_measure.h
      >>isosurface           src/isosurface.h
      >>measure              src/measure.h
      >>kernel_source        src/kernel_source.h
@@ -1659,6 +1659,9 @@ SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)
 /* ======== >>project  (kernels_embed/project.h) ================================================================= */
 /* project.h - the level set's value from oriented springls, to second order. */
 
+/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */
+#define SPRINGLS__PROJECT_RADIUS 1.6f
+
 /* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the
    particle with normal n that meets the voxel's own direction (exact on spheres and planes, where the plane of the
    springl alone is biased outwards). No say for springls that face elsewhere: the other sheet of a thin object. */
@@ -1666,7 +1669,7 @@ typedef struct springls__say { float weight, value; } springls__say;
 
 SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
 {
-    const float radius2 = 2.56f, variance = 0.6f;
+    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS, variance = 0.6f;
     springls__v3 d = springls__sub(x, p);
     float d2 = springls__length2(d), along = springls__dot(direction, n);
     springls__say say;
@@ -2704,7 +2707,7 @@ SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
 {
-    const float reach_cap = 2.5f;
+    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
     springls__grid *g = &ctx->grid;
     springls__cells *cells = &ctx->cells;
     const springls__springl *s = ctx->set.s;
@@ -4076,9 +4079,11 @@ SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
     springls__parallel(ctx, ctx->set.count, 512, springls__sample_phi_task, ctx);
 }
 
+enum { SPRINGLS__REMOVE, SPRINGLS__KEEP, SPRINGLS__RESHAPE };
+
 typedef struct springls__contract_job {
     springls_context *ctx;
-    uint8_t *keep;     /* 0 remove, 1 keep, 2 reshape */
+    uint8_t *keep; /* what becomes of a springl */
     float cos_min, cos_max;
 } springls__contract_job;
 
@@ -4088,17 +4093,17 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
-        job->keep[begin] = 1;
-        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = 0;
+        job->keep[begin] = SPRINGLS__KEEP;
+        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
-            job->keep[begin] = ctx->params.reshape ? 2 : 0;
+            job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }
 }
 
 /* A good shape about the same particle, which keeps its exact path and correspondence. */
 SPRINGLS__FN void springls__reshape(springls_context *ctx, int i)
 {
-    const float smallest = 0.15f;
+    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
     springls__springl *s = &ctx->set.s[i];
     springls__tri t = springls__springl_tri(s);
     springls__v3 area2 = springls__tri_area2(t), n;
@@ -4134,7 +4139,7 @@ SPRINGLS__FN bool springls__is_crowded(const springls_context *ctx, const uint8_
 /* Of two springls that sit on each other the younger goes: oldest first, so that only kept ones displace others. */
 SPRINGLS__FN springls_status springls__merge_crowded(springls_context *ctx, uint8_t *keep)
 {
-    enum { AGES = 256 };
+    enum { AGES = 256 }; /* older ones count as of one age */
     int first[AGES + 1], *order, i, age, count = ctx->set.count;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&order));
@@ -4143,7 +4148,7 @@ SPRINGLS__FN springls_status springls__merge_crowded(springls_context *ctx, uint
     for (age = 0; age < AGES; age++) first[age + 1] += first[age];
     for (i = 0; i < count; i++) order[first[springls__imin((int)ctx->set.generation[i], AGES - 1)]++] = i;
     for (i = 0; i < count; i++)
-        if (keep[order[i]] && springls__is_crowded(ctx, keep, order[i])) keep[order[i]] = 0;
+        if (keep[order[i]] && springls__is_crowded(ctx, keep, order[i])) keep[order[i]] = SPRINGLS__REMOVE;
     return SPRINGLS_OK;
 }
 
@@ -4158,7 +4163,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     job.cos_max = springls__cospi(ctx->params.max_angle / 180.0f);
     springls__parallel(ctx, ctx->set.count, 256, springls__contract_task, &job);
     for (i = 0; i < ctx->set.count; i++) {
-        if (job.keep[i] != 2) continue;
+        if (job.keep[i] != SPRINGLS__RESHAPE) continue;
         springls__reshape(ctx, i);
         ctx->stats.reshaped++;
     }
@@ -4664,7 +4669,7 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
     springls__parallel(ctx, ctx->grid.active_count, 8, springls__interface_task, ctx);
     springls__swap_phi(&ctx->grid);
-    springls__redistance_sweeps(ctx, (int)ctx->params.band_half_width);
+    springls__redistance_sweeps(ctx, (int)ctx->params.band_half_width); /* one a voxel of the way */
     return springls__band_move(ctx);
 }
 
@@ -4681,7 +4686,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 {
     const springls_context *ctx = (const springls_context *)arg;
     const springls__grid *g = &ctx->grid;
-    const float width = 1.2f, reach = 1.6f;
+    const float width = 1.2f, reach = SPRINGLS__PROJECT_RADIUS; /* width: no voxel beyond it is next to the zero level */
     float tile[SPRINGLS__TILE_VOXELS], weight[SPRINGLS__BRICK_VOXELS], value[SPRINGLS__BRICK_VOXELS];
     springls__v3 direction[SPRINGLS__BRICK_VOXELS];
     int x, y, z, v, o[3];
@@ -4724,7 +4729,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__near_build(ctx, 1.6f)); /* the band has moved: lists follow its bricks */
+    SPRINGLS__TRY(springls__near_build(ctx, SPRINGLS__PROJECT_RADIUS)); /* the band has moved: lists follow its bricks */
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
     springls__commit_phi(ctx);
     springls__redistance_sweeps(ctx, 2);
@@ -5317,6 +5322,165 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 
 /* in */
 
+/* ======== >>mesh_measure  (src/mesh_measure.h) ================================================================= */
+/* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
+
+typedef struct springls__mesh_report {
+    double volume;             /* by the divergence theorem, positive when wound outwards; only without unbalanced edges
+                                  does it mean something                                                        */
+    double area;
+    float lo[3], hi[3];        /* of the vertices in use; zeros without any                                     */
+    int vertices;              /* in use                                                                        */
+    int edges, triangles;      /* of the triangles that count: neither invalid nor with a repeated vertex       */
+    int euler;                 /* vertices - edges + triangles: 2 for a sphere, 0 for a torus                   */
+    int components;            /* connected through shared vertices                                             */
+    int boundary_edges;        /* used by one triangle                                                          */
+    int misoriented_edges;     /* used by two triangles that run along it the same way                          */
+    int nonmanifold_edges;     /* used by three or more                                                         */
+    int unbalanced_edges;      /* run along unequally often each way; none: the mesh has an inside              */
+    int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */
+    int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
+} springls__mesh_report;
+
+/* Sorts keys ascending, in place and in time proportional to their number: radix exchange from the highest bit in use, and
+   insertion where a few are left. */
+SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
+{
+    struct { size_t first, end; int bit; } todo[65];
+    int depth = 1;
+    size_t i, j;
+    uint64_t any = 0;
+    for (i = 0; i < count; ++i) any |= keys[i];
+    todo[0].first = 0;
+    todo[0].end = count;
+    for (todo[0].bit = -1; any; any >>= 1) ++todo[0].bit;
+    while (depth > 0) {
+        size_t first = todo[--depth].first, end = todo[depth].end;
+        int bit = todo[depth].bit;
+        while (bit >= 0 && end - first > 16) {
+            i = first;
+            j = end;
+            while (i < j) {
+                uint64_t key = keys[i];
+                if (!(key >> bit & 1)) { ++i; continue; }
+                keys[i] = keys[--j];
+                keys[j] = key;
+            }
+            --bit;
+            todo[depth].first = i;
+            todo[depth].end = end;
+            todo[depth++].bit = bit;
+            end = i;
+        }
+        if (bit < 0) continue;
+        for (i = first + 1; i < end; ++i) {
+            uint64_t key = keys[i];
+            for (j = i; j > first && keys[j - 1] > key; --j) keys[j] = keys[j - 1];
+            keys[j] = key;
+        }
+    }
+}
+
+/* The root of i's tree in a forest of parents, which grows flatter. */
+SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
+{
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+}
+
+/* The three vertices of triangle t if it is valid: indices in range, coordinates finite. */
+SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const int32_t *triangles, int t, int32_t v[3])
+{
+    int i, c;
+    for (i = 0; i < 3; ++i) {
+        v[i] = triangles[3 * (size_t)t + (size_t)i];
+        if (v[i] < 0 || v[i] >= n) return false;
+        for (c = 0; c < 3; ++c)
+            if (!(springls__fabs(positions[3 * (size_t)v[i] + (size_t)c]) <= FLT_MAX)) return false;
+    }
+    return true;
+}
+
+/* Adds the area of one triangle and six times its volume over the centre; counts it when it has no area. */
+SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float *positions, const int32_t v[3],
+                                     const double centre[3])
+{
+    double p[3][3], u[3], w[3], x[3], side2, longest2 = 0.0, area2;
+    int i, c;
+    for (i = 0; i < 3; ++i)
+        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - centre[c];
+    for (c = 0; c < 3; ++c) { u[c] = p[1][c] - p[0][c]; w[c] = p[2][c] - p[0][c]; }
+    for (c = 0; c < 3; ++c) x[c] = u[(c + 1) % 3] * w[(c + 2) % 3] - u[(c + 2) % 3] * w[(c + 1) % 3];
+    for (i = 0; i < 3; ++i) {
+        for (side2 = 0.0, c = 0; c < 3; ++c) side2 += (p[(i + 1) % 3][c] - p[i][c]) * (p[(i + 1) % 3][c] - p[i][c]);
+        if (side2 > longest2) longest2 = side2;
+    }
+    area2 = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    if (area2 <= 1e-7 * longest2) ++report->degenerate_triangles;
+    report->area += 0.5 * area2;
+    report->volume += p[0][0] * x[0] + p[0][1] * x[1] + p[0][2] * x[2];
+}
+
+/* Counts the edges of sorted keys: lower vertex << 32 | higher vertex << 1 | 1 when run from higher to lower. */
+SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *sides, size_t count)
+{
+    size_t i = 0;
+    while (i < count) {
+        uint64_t edge = sides[i] >> 1;
+        int ways[2] = { 0, 0 };
+        for (; i < count && sides[i] >> 1 == edge; ++i) ++ways[sides[i] & 1];
+        ++report->edges;
+        report->boundary_edges += ways[0] + ways[1] == 1;
+        report->misoriented_edges += ways[0] + ways[1] == 2 && ways[0] != 1;
+        report->nonmanifold_edges += ways[0] + ways[1] > 2;
+        report->unbalanced_edges += ways[0] != ways[1];
+    }
+}
+
+/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums run in index order in double precision: the same
+   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of sides. */
+SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
+                                         uint64_t *sides, springls__mesh_report *report)
+{
+    size_t side_count = 0;
+    double centre[3];
+    int32_t v[3], i;
+    int t, c;
+    memset(report, 0, sizeof *report);
+    for (i = 0; i < n; ++i) parent[i] = -1;
+    for (t = 0; t < m; ++t) {
+        if (!springls__mesh_triangle(positions, n, triangles, t, v)) { ++report->invalid_triangles; continue; }
+        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) { ++report->degenerate_triangles; continue; }
+        ++report->triangles;
+        for (i = 0; i < 3; ++i) {
+            int32_t a = v[i], b = v[(i + 1) % 3];
+            uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
+            sides[side_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
+            if (parent[a] >= 0) continue;
+            parent[a] = a;
+            for (c = 0; c < 3; ++c) {
+                float x = positions[3 * (size_t)a + (size_t)c];
+                report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
+                report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
+            }
+            ++report->vertices;
+        }
+        for (i = 1; i < 3; ++i) {
+            int32_t a = springls__find_root(parent, v[0]), b = springls__find_root(parent, v[i]);
+            if (a < b) parent[b] = a; else parent[a] = b;
+        }
+    }
+    for (i = 0; i < n; ++i) report->components += parent[i] == i;
+    for (c = 0; c < 3; ++c) centre[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
+    for (t = 0; t < m; ++t)
+        if (springls__mesh_triangle(positions, n, triangles, t, v) && v[0] != v[1] && v[1] != v[2] && v[2] != v[0])
+            springls__mesh_add(report, positions, v, centre);
+    report->volume /= 6.0;
+    springls__sort_keys(sides, side_count);
+    springls__mesh_count_edges(report, sides, side_count);
+    report->euler = report->vertices - report->edges + report->triangles;
+}
+
 /* ======== >>bvh  (src/bvh.h) =================================================================================== */
 /* bvh.h - a bounding volume hierarchy over triangles: closest point, nearest ray hit, generalised winding number.
    Built by median splits along the longest axis of the triangles' centroids, ties broken by index: the tree depends on the
@@ -5485,18 +5649,9 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* A surface of count triangles, 3 points each; the points are copied and must be finite. */
+/* The triangles of springls, which must be finite. */
 SPRINGLS__FN springls_status springls__surface_build(springls_context *ctx, springls__surface *surface,
-                                                     const springls__v3 *triangle_points, int count)
-{
-    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
-    if (count > 0) memcpy(surface->points, triangle_points, 3 * (size_t)count * sizeof *triangle_points);
-    return springls__surface_finish(ctx, surface, count);
-}
-
-/* The same from the triangles of springls. */
-SPRINGLS__FN springls_status springls__surface_build_springls(springls_context *ctx, springls__surface *surface,
-                                                              const springls__springl *s, int count)
+                                                     const springls__springl *s, int count)
 {
     int i, m;
     SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
@@ -5996,13 +6151,8 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
-    springls__v3 *points;
-    int i, m;
     SPRINGLS__TRY(springls__grid_copy_phi(ctx, &ctx->reference, &ctx->grid));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count * 3, sizeof *points, (void **)&points));
-    for (i = 0; i < ctx->set.count; i++)
-        for (m = 0; m < 3; m++) points[3 * i + m] = ctx->set.s[i].q[m];
-    return springls__surface_build(ctx, &ctx->original, points, ctx->set.count);
+    return springls__surface_build(ctx, &ctx->original, ctx->set.s, ctx->set.count);
 }
 
 /* ---- a signed distance asked where it is needed ---- */
@@ -6603,15 +6753,6 @@ SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
     return unbalanced;
 }
 
-SPRINGLS__FN int springls__mesh_root(int *parent, int i)
-{
-    while (parent[i] != i) {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    return i;
-}
-
 /* Parts that share a point are one component. `weld` has done its work and becomes the forest. */
 SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
 {
@@ -6623,8 +6764,8 @@ SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
         components++;
     }
     for (h = 0; h < 3 * m->count; h++) {
-        int a = springls__mesh_root(m->weld, m->corner[h]);
-        int b = springls__mesh_root(m->weld, m->corner[springls__mesh_next(h)]);
+        int a = springls__find_root(m->weld, m->corner[h]);
+        int b = springls__find_root(m->weld, m->corner[springls__mesh_next(h)]);
         if (a == b) continue;
         m->weld[a > b ? a : b] = a > b ? b : a;
         components--;
@@ -6822,7 +6963,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
         s.p = springls__tri_centroid(tri);
         springls__constellation_append(ctx, &s, s.p, 0u, 0u);
     }
-    SPRINGLS__TRY(springls__surface_build_springls(ctx, &ctx->original, ctx->set.s, ctx->set.count));
+    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->set.s, ctx->set.count));
     SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
     distance.surface = &ctx->original;
     distance.balanced = balanced;
@@ -7377,164 +7518,6 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
                 out += n;
             }
     return SPRINGLS_OK;
-}
-
-/* ======== >>mesh_measure  (src/mesh_measure.h) ================================================================= */
-/* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
-
-typedef struct springls__mesh_report {
-    double volume;             /* by the divergence theorem, positive when wound outwards; only without unbalanced edges
-                                  does it mean something                                                        */
-    double area;
-    float lo[3], hi[3];        /* of the vertices in use; zeros without any                                     */
-    int vertices;              /* in use                                                                        */
-    int edges, triangles;      /* of the triangles that count: neither invalid nor with a repeated vertex       */
-    int euler;                 /* vertices - edges + triangles: 2 for a sphere, 0 for a torus                   */
-    int components;            /* connected through shared vertices                                             */
-    int boundary_edges;        /* used by one triangle                                                          */
-    int misoriented_edges;     /* used by two triangles that run along it the same way                          */
-    int nonmanifold_edges;     /* used by three or more                                                         */
-    int unbalanced_edges;      /* run along unequally often each way; none: the mesh has an inside              */
-    int degenerate_triangles;  /* of no area, those with a repeated vertex included                             */
-    int invalid_triangles;     /* with an index out of range or a vertex that is not finite                     */
-} springls__mesh_report;
-
-/* Sorts keys ascending, in place and in time proportional to their number: radix exchange from the highest bit in use, and
-   insertion where a few are left. */
-SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
-{
-    struct { size_t first, end; int bit; } todo[65];
-    int depth = 1;
-    size_t i, j;
-    uint64_t any = 0;
-    for (i = 0; i < count; ++i) any |= keys[i];
-    todo[0].first = 0;
-    todo[0].end = count;
-    for (todo[0].bit = -1; any; any >>= 1) ++todo[0].bit;
-    while (depth > 0) {
-        size_t first = todo[--depth].first, end = todo[depth].end;
-        int bit = todo[depth].bit;
-        while (bit >= 0 && end - first > 16) {
-            i = first;
-            j = end;
-            while (i < j) {
-                uint64_t key = keys[i];
-                if (!(key >> bit & 1)) { ++i; continue; }
-                keys[i] = keys[--j];
-                keys[j] = key;
-            }
-            --bit;
-            todo[depth].first = i;
-            todo[depth].end = end;
-            todo[depth++].bit = bit;
-            end = i;
-        }
-        if (bit < 0) continue;
-        for (i = first + 1; i < end; ++i) {
-            uint64_t key = keys[i];
-            for (j = i; j > first && keys[j - 1] > key; --j) keys[j] = keys[j - 1];
-            keys[j] = key;
-        }
-    }
-}
-
-SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
-{
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-}
-
-/* The three vertices of triangle t if it is valid: indices in range, coordinates finite. */
-SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const int32_t *triangles, int t, int32_t v[3])
-{
-    int i, c;
-    for (i = 0; i < 3; ++i) {
-        v[i] = triangles[3 * (size_t)t + (size_t)i];
-        if (v[i] < 0 || v[i] >= n) return false;
-        for (c = 0; c < 3; ++c)
-            if (!(springls__fabs(positions[3 * (size_t)v[i] + (size_t)c]) <= FLT_MAX)) return false;
-    }
-    return true;
-}
-
-/* Adds the area of one triangle and six times its volume over the centre; counts it when it has no area. */
-SPRINGLS__FN void springls__mesh_add(springls__mesh_report *report, const float *positions, const int32_t v[3],
-                                     const double centre[3])
-{
-    double p[3][3], u[3], w[3], x[3], side2, longest2 = 0.0, area2;
-    int i, c;
-    for (i = 0; i < 3; ++i)
-        for (c = 0; c < 3; ++c) p[i][c] = (double)positions[3 * (size_t)v[i] + (size_t)c] - centre[c];
-    for (c = 0; c < 3; ++c) { u[c] = p[1][c] - p[0][c]; w[c] = p[2][c] - p[0][c]; }
-    for (c = 0; c < 3; ++c) x[c] = u[(c + 1) % 3] * w[(c + 2) % 3] - u[(c + 2) % 3] * w[(c + 1) % 3];
-    for (i = 0; i < 3; ++i) {
-        for (side2 = 0.0, c = 0; c < 3; ++c) side2 += (p[(i + 1) % 3][c] - p[i][c]) * (p[(i + 1) % 3][c] - p[i][c]);
-        if (side2 > longest2) longest2 = side2;
-    }
-    area2 = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-    if (area2 <= 1e-7 * longest2) ++report->degenerate_triangles;
-    report->area += 0.5 * area2;
-    report->volume += p[0][0] * x[0] + p[0][1] * x[1] + p[0][2] * x[2];
-}
-
-/* Counts the edges of sorted keys: lower vertex << 32 | higher vertex << 1 | 1 when run from higher to lower. */
-SPRINGLS__FN void springls__mesh_count_edges(springls__mesh_report *report, const uint64_t *sides, size_t count)
-{
-    size_t i = 0;
-    while (i < count) {
-        uint64_t edge = sides[i] >> 1;
-        int ways[2] = { 0, 0 };
-        for (; i < count && sides[i] >> 1 == edge; ++i) ++ways[sides[i] & 1];
-        ++report->edges;
-        report->boundary_edges += ways[0] + ways[1] == 1;
-        report->misoriented_edges += ways[0] + ways[1] == 2 && ways[0] != 1;
-        report->nonmanifold_edges += ways[0] + ways[1] > 2;
-        report->unbalanced_edges += ways[0] != ways[1];
-    }
-}
-
-/* Measures n vertices (3 floats each) and m triangles (3 indices each). Sums run in index order in double precision: the same
-   mesh gives the same bits. Working memory from the caller: n entries of parent, 3 m of sides. */
-SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const int32_t *triangles, int m, int32_t *parent,
-                                         uint64_t *sides, springls__mesh_report *report)
-{
-    size_t side_count = 0;
-    double centre[3];
-    int32_t v[3], i;
-    int t, c;
-    memset(report, 0, sizeof *report);
-    for (i = 0; i < n; ++i) parent[i] = -1;
-    for (t = 0; t < m; ++t) {
-        if (!springls__mesh_triangle(positions, n, triangles, t, v)) { ++report->invalid_triangles; continue; }
-        if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) { ++report->degenerate_triangles; continue; }
-        ++report->triangles;
-        for (i = 0; i < 3; ++i) {
-            int32_t a = v[i], b = v[(i + 1) % 3];
-            uint64_t low = (uint64_t)(a < b ? a : b), high = (uint64_t)(a < b ? b : a);
-            sides[side_count++] = low << 32 | high << 1 | (uint64_t)(a > b);
-            if (parent[a] >= 0) continue;
-            parent[a] = a;
-            for (c = 0; c < 3; ++c) {
-                float x = positions[3 * (size_t)a + (size_t)c];
-                report->lo[c] = report->vertices ? springls__min(report->lo[c], x) : x;
-                report->hi[c] = report->vertices ? springls__max(report->hi[c], x) : x;
-            }
-            ++report->vertices;
-        }
-        for (i = 1; i < 3; ++i) {
-            int32_t a = springls__find_root(parent, v[0]), b = springls__find_root(parent, v[i]);
-            if (a < b) parent[b] = a; else parent[a] = b;
-        }
-    }
-    for (i = 0; i < n; ++i) report->components += parent[i] == i;
-    for (c = 0; c < 3; ++c) centre[c] = 0.5 * ((double)report->lo[c] + (double)report->hi[c]);
-    for (t = 0; t < m; ++t)
-        if (springls__mesh_triangle(positions, n, triangles, t, v) && v[0] != v[1] && v[1] != v[2] && v[2] != v[0])
-            springls__mesh_add(report, positions, v, centre);
-    report->volume /= 6.0;
-    springls__sort_keys(sides, side_count);
-    springls__mesh_count_edges(report, sides, side_count);
-    report->euler = report->vertices - report->edges + report->triangles;
 }
 
 /* ======== >>isosurface  (src/isosurface.h) ===================================================================== */
@@ -8616,6 +8599,9 @@ static const char *const springls__kernel_lines[] = {
     "#line 1660 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
+    "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
+    "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
+    "\n",
     "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
     "   particle with normal n that meets the voxel's own direction (exact on spheres and planes, where the plane of the\n",
     "   springl alone is biased outwards). No say for springls that face elsewhere: the other sheet of a thin object. */\n",
@@ -8623,7 +8609,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
     "{\n",
-    "    const float radius2 = 2.56f, variance = 0.6f;\n",
+    "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS, variance = 0.6f;\n",
     "    springls__v3 d = springls__sub(x, p);\n",
     "    float d2 = springls__length2(d), along = springls__dot(direction, n);\n",
     "    springls__say say;\n",
@@ -8642,7 +8628,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1690 \"springls.h\"\n",
+    "#line 1693 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8782,7 +8768,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1831 \"springls.h\"\n",
+    "#line 1834 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

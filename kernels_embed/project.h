@@ -1,5 +1,8 @@
 /* project.h - the level set's value from oriented springls, to second order. */
 
+/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */
+#define SPRINGLS__PROJECT_RADIUS 1.6f
+
 /* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the
    particle with normal n that meets the voxel's own direction (exact on spheres and planes, where the plane of the
    springl alone is biased outwards). No say for springls that face elsewhere: the other sheet of a thin object. */
@@ -7,7 +10,7 @@ typedef struct springls__say { float weight, value; } springls__say;
 
 SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
 {
-    const float radius2 = 2.56f, variance = 0.6f;
+    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS, variance = 0.6f;
     springls__v3 d = springls__sub(x, p);
     float d2 = springls__length2(d), along = springls__dot(direction, n);
     springls__say say;

@@ -165,18 +165,9 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* A surface of count triangles, 3 points each; the points are copied and must be finite. */
+/* The triangles of springls, which must be finite. */
 SPRINGLS__FN springls_status springls__surface_build(springls_context *ctx, springls__surface *surface,
-                                                     const springls__v3 *triangle_points, int count)
-{
-    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
-    if (count > 0) memcpy(surface->points, triangle_points, 3 * (size_t)count * sizeof *triangle_points);
-    return springls__surface_finish(ctx, surface, count);
-}
-
-/* The same from the triangles of springls. */
-SPRINGLS__FN springls_status springls__surface_build_springls(springls_context *ctx, springls__surface *surface,
-                                                              const springls__springl *s, int count)
+                                                     const springls__springl *s, int count)
 {
     int i, m;
     SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));

@@ -30,7 +30,7 @@ SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
 {
-    const float reach_cap = 2.5f;
+    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
     springls__grid *g = &ctx->grid;
     springls__cells *cells = &ctx->cells;
     const springls__springl *s = ctx->set.s;

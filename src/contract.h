@@ -22,9 +22,11 @@ SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
     springls__parallel(ctx, ctx->set.count, 512, springls__sample_phi_task, ctx);
 }
 
+enum { SPRINGLS__REMOVE, SPRINGLS__KEEP, SPRINGLS__RESHAPE };
+
 typedef struct springls__contract_job {
     springls_context *ctx;
-    uint8_t *keep;     /* 0 remove, 1 keep, 2 reshape */
+    uint8_t *keep; /* what becomes of a springl */
     float cos_min, cos_max;
 } springls__contract_job;
 
@@ -34,17 +36,17 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
-        job->keep[begin] = 1;
-        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = 0;
+        job->keep[begin] = SPRINGLS__KEEP;
+        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
-            job->keep[begin] = ctx->params.reshape ? 2 : 0;
+            job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }
 }
 
 /* A good shape about the same particle, which keeps its exact path and correspondence. */
 SPRINGLS__FN void springls__reshape(springls_context *ctx, int i)
 {
-    const float smallest = 0.15f;
+    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
     springls__springl *s = &ctx->set.s[i];
     springls__tri t = springls__springl_tri(s);
     springls__v3 area2 = springls__tri_area2(t), n;
@@ -80,7 +82,7 @@ SPRINGLS__FN bool springls__is_crowded(const springls_context *ctx, const uint8_
 /* Of two springls that sit on each other the younger goes: oldest first, so that only kept ones displace others. */
 SPRINGLS__FN springls_status springls__merge_crowded(springls_context *ctx, uint8_t *keep)
 {
-    enum { AGES = 256 };
+    enum { AGES = 256 }; /* older ones count as of one age */
     int first[AGES + 1], *order, i, age, count = ctx->set.count;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&order));
@@ -89,7 +91,7 @@ SPRINGLS__FN springls_status springls__merge_crowded(springls_context *ctx, uint
     for (age = 0; age < AGES; age++) first[age + 1] += first[age];
     for (i = 0; i < count; i++) order[first[springls__imin((int)ctx->set.generation[i], AGES - 1)]++] = i;
     for (i = 0; i < count; i++)
-        if (keep[order[i]] && springls__is_crowded(ctx, keep, order[i])) keep[order[i]] = 0;
+        if (keep[order[i]] && springls__is_crowded(ctx, keep, order[i])) keep[order[i]] = SPRINGLS__REMOVE;
     return SPRINGLS_OK;
 }
 
@@ -104,7 +106,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     job.cos_max = springls__cospi(ctx->params.max_angle / 180.0f);
     springls__parallel(ctx, ctx->set.count, 256, springls__contract_task, &job);
     for (i = 0; i < ctx->set.count; i++) {
-        if (job.keep[i] != 2) continue;
+        if (job.keep[i] != SPRINGLS__RESHAPE) continue;
         springls__reshape(ctx, i);
         ctx->stats.reshaped++;
     }

@@ -56,6 +56,7 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
+/* The root of i's tree in a forest of parents, which grows flatter. */
 SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
 {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];

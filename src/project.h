@@ -5,7 +5,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 {
     const springls_context *ctx = (const springls_context *)arg;
     const springls__grid *g = &ctx->grid;
-    const float width = 1.2f, reach = 1.6f;
+    const float width = 1.2f, reach = SPRINGLS__PROJECT_RADIUS; /* width: no voxel beyond it is next to the zero level */
     float tile[SPRINGLS__TILE_VOXELS], weight[SPRINGLS__BRICK_VOXELS], value[SPRINGLS__BRICK_VOXELS];
     springls__v3 direction[SPRINGLS__BRICK_VOXELS];
     int x, y, z, v, o[3];
@@ -48,7 +48,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__near_build(ctx, 1.6f)); /* the band has moved: lists follow its bricks */
+    SPRINGLS__TRY(springls__near_build(ctx, SPRINGLS__PROJECT_RADIUS)); /* the band has moved: lists follow its bricks */
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
     springls__commit_phi(ctx);
     springls__redistance_sweeps(ctx, 2);

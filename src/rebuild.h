@@ -104,7 +104,7 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
     springls__parallel(ctx, ctx->grid.active_count, 8, springls__interface_task, ctx);
     springls__swap_phi(&ctx->grid);
-    springls__redistance_sweeps(ctx, (int)ctx->params.band_half_width);
+    springls__redistance_sweeps(ctx, (int)ctx->params.band_half_width); /* one a voxel of the way */
     return springls__band_move(ctx);
 }
 

@@ -29,13 +29,8 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
-    springls__v3 *points;
-    int i, m;
     SPRINGLS__TRY(springls__grid_copy_phi(ctx, &ctx->reference, &ctx->grid));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count * 3, sizeof *points, (void **)&points));
-    for (i = 0; i < ctx->set.count; i++)
-        for (m = 0; m < 3; m++) points[3 * i + m] = ctx->set.s[i].q[m];
-    return springls__surface_build(ctx, &ctx->original, points, ctx->set.count);
+    return springls__surface_build(ctx, &ctx->original, ctx->set.s, ctx->set.count);
 }
 
 /* ---- a signed distance asked where it is needed ---- */

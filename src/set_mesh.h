@@ -186,15 +186,6 @@ SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
     return unbalanced;
 }
 
-SPRINGLS__FN int springls__mesh_root(int *parent, int i)
-{
-    while (parent[i] != i) {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    return i;
-}
-
 /* Parts that share a point are one component. `weld` has done its work and becomes the forest. */
 SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
 {
@@ -206,8 +197,8 @@ SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
         components++;
     }
     for (h = 0; h < 3 * m->count; h++) {
-        int a = springls__mesh_root(m->weld, m->corner[h]);
-        int b = springls__mesh_root(m->weld, m->corner[springls__mesh_next(h)]);
+        int a = springls__find_root(m->weld, m->corner[h]);
+        int b = springls__find_root(m->weld, m->corner[springls__mesh_next(h)]);
         if (a == b) continue;
         m->weld[a > b ? a : b] = a > b ? b : a;
         components--;
@@ -405,7 +396,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
         s.p = springls__tri_centroid(tri);
         springls__constellation_append(ctx, &s, s.p, 0u, 0u);
     }
-    SPRINGLS__TRY(springls__surface_build_springls(ctx, &ctx->original, ctx->set.s, ctx->set.count));
+    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->set.s, ctx->set.count));
     SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
     distance.surface = &ctx->original;
     distance.balanced = balanced;

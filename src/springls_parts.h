@@ -56,6 +56,7 @@
 #include "step.h"
 
 /* in */
+#include "mesh_measure.h"
 #include "bvh.h"
 #include "shapes.h"
 #include "set_level_set.h"
@@ -64,7 +65,6 @@
 /* out */
 #include "query.h"
 #include "read.h"
-#include "mesh_measure.h"
 #include "isosurface.h"
 #include "measure.h"
 #include "kernel_source.h"

@@ -40,6 +40,7 @@ static springls_context *make_context(int size, const double spacing[3], const d
 
 enum { SOUP = 3000 };
 static springls__v3 soup[3 * SOUP];
+static springls__springl soup_springls[SOUP];
 
 /* Triangles of all shapes and sizes, some of them flat, one in ten a copy of another. */
 static void make_soup(void)
@@ -52,6 +53,7 @@ static void make_soup(void)
         if (i % 17 == 0) soup[3 * i + 2] = springls__lerp(soup[3 * i], soup[3 * i + 1], 0.3f);
         if (i % 10 == 9)
             for (m = 0; m < 3; m++) soup[3 * i + m] = soup[3 * (i / 2) + m];
+        memcpy(soup_springls[i].q, soup + 3 * i, sizeof soup_springls[i].q);
     }
 }
 
@@ -62,7 +64,7 @@ TEST closest_is_exact(void)
     int i, t;
     memset(&surface, 0, sizeof surface);
     make_soup();
-    ASSERT_EQ(SPRINGLS_OK, springls__surface_build(ctx, &surface, soup, SOUP));
+    ASSERT_EQ(SPRINGLS_OK, springls__surface_build(ctx, &surface, soup_springls, SOUP));
     for (i = 0; i < 2000; i++) {
         springls__v3 x = random_point(80.0f);
         springls__surface_hit h = springls__surface_closest(&surface, x, FLT_MAX), g, near, far;
@@ -94,7 +96,7 @@ TEST rays_are_exact(void)
     int i, t, hits = 0;
     memset(&surface, 0, sizeof surface);
     make_soup();
-    ASSERT_EQ(SPRINGLS_OK, springls__surface_build(ctx, &surface, soup, SOUP));
+    ASSERT_EQ(SPRINGLS_OK, springls__surface_build(ctx, &surface, soup_springls, SOUP));
     for (i = 0; i < 4000; i++) {
         springls__v3 x = random_point(60.0f), d = springls__sub(random_point(2.0f), springls__v3_make(1.0f, 1.0f, 1.0f));
         springls__surface_hit h, one, best;
