@@ -606,7 +606,8 @@ typedef struct springls_mesh_report {
 } springls_mesh_report;
 
 /* Indexed triangle mesh, world coordinates, counter-clockwise seen from outside. `stride` is the bytes from one
-   position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. An inside-out, open or
+   position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. Steps expect them about as large as a voxel: a
+   mesh of larger ones needs springls_resample, until the count stops growing, before its first step. An inside-out, open or
    dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area.
    BAD_MESH: index out of range, nothing left. NON_FINITE: a used position is. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
@@ -622,8 +623,8 @@ SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const in
 /* The voxels with low <= intensity <= high; NaN is outside. The surface is placed by interpolating the intensity. */
 SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high);
 
-/* An implicit function, negative inside, asked in batches of world points (3 floats each). It must be Lipschitz: a
-   signed distance, or a lower bound of one. Never stored densely. */
+/* An implicit function, negative inside, asked in batches of world points (3 floats each). Of Lipschitz constant 1: a signed
+   distance, or a lower bound of one; parts of a steeper function's surface are missed. Never stored densely. */
 typedef void (*springls_implicit_fn)(void *user, const float *points, int count, float *out);
 SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, springls_implicit_fn fn, void *user);
 
@@ -720,18 +721,19 @@ typedef struct springls_step_desc {
     float max_displacement; /* voxels; a longer dt is cut into equal sub-steps; 0: never cut (d_max when dt is 0) */
     bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
     bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
+    bool stop_at_rest;      /* springls_run ends, with OK, after a step in which at most one springl in a thousand
+                               moved by more than a hundredth of a voxel: an active contour has arrived         */
 } springls_step_desc;
 
 /* One step of the chosen algorithm from the context's time. NON_FINITE leaves the model as it was before the step, or before
    the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
-/* `steps` steps with progress reports. Stops early, with OK, after a step in which at most one springl in a thousand moved
-   by more than a hundredth of a voxel: not for steps that are meant to be smaller. */
+/* `steps` steps with progress reports. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
 SPRINGLS_API double springls_time(const springls_context *ctx);
-SPRINGLS_API void springls_set_time(springls_context *ctx, double time);
+SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
 
 /* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
 
@@ -798,9 +800,11 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
-/* The closest place of any springl, wherever the point is. */
+/* The closest place of any springl, wherever the point is. Springls leave gaps between them: it may be further than the zero
+   level. A point that is not finite refuses the batch; `out` stays as it was. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
-/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Directions need not be unit
+/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Rays pass through the gaps
+   between springls: for a closed surface, give the mesh of springls_extract_mesh to a second context (springls_set_mesh). Directions need not be unit
    vectors; a direction of no length hits nothing. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
@@ -3686,7 +3690,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     if (!given->data) return SPRINGLS_OK;
     field->data = given->data;
     field->channels = channels;
-    if (given->grid.size[0] == 0) { /* on the model's own grid */
+    if (given->grid.size[0] == 0 && given->grid.size[1] == 0 && given->grid.size[2] == 0) { /* the model's own */
         for (axis = 0; axis < 3; axis++) {
             field->size[axis] = ctx->desc.grid.size[axis];
             field->from_voxel[5 * axis] = 1.0f;
@@ -3936,7 +3940,8 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     springls__advect_job job;
     springls_forces euler;
     int moving;
-    if (!ctx || !speed) return SPRINGLS_INVALID_ARGUMENT;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     euler = *forces;
@@ -5308,7 +5313,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (ctx->stats.moving <= still) return SPRINGLS_OK;
+        if (step->stop_at_rest && ctx->stats.moving <= still) return SPRINGLS_OK;
     }
     return SPRINGLS_OK;
 }
@@ -5317,7 +5322,7 @@ SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ct
 
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 {
-    if (ctx) ctx->time = time;
+    if (ctx && time > -DBL_MAX && time < DBL_MAX) ctx->time = time;
 }
 
 /* in */
@@ -6411,7 +6416,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                 for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
                     SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
     }
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid");
+    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
     return springls__adopt_reference(ctx);
 }
@@ -6425,10 +6430,11 @@ SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *poi
     const springls__implicit_job *job = (const springls__implicit_job *)arg;
     springls__v3 world[SPRINGLS__BRICK_VOXELS];
     float scale = 1.0f / job->ctx->largest_spacing; /* a lower bound of the distance in voxels, exact when uniform */
+    float *xyz = (float *)(void *)world;
     int i;
     memcpy(world, points, (size_t)count * sizeof *world);
-    springls_to_world(job->ctx, &world[0].x, count, &world[0].x);
-    job->fn(job->user, &world[0].x, count, out);
+    springls_to_world(job->ctx, xyz, count, xyz);
+    job->fn(job->user, xyz, count, out);
     for (i = 0; i < count; i++) out[i] *= scale;
 }
 
@@ -7690,7 +7696,8 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
 {
     springls__raw_mesh raw;
     springls__dress_job job;
-    if (!ctx || !out) return SPRINGLS_INVALID_ARGUMENT;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -7708,7 +7715,8 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
 {
     int i, m;
-    if (!ctx || !out) return SPRINGLS_INVALID_ARGUMENT;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
     if (ctx->set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
     SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->set.count, ctx->set.count, out));
     for (i = 0; i < ctx->set.count; i++) {
@@ -7741,7 +7749,8 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     springls__mesh_report report;
     int32_t *parent;
     uint64_t *sides;
-    if (!ctx || !out) return SPRINGLS_INVALID_ARGUMENT;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
@@ -7807,7 +7816,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 857 \"springls.h\"\n",
+    "#line 861 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7844,7 +7853,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 895 \"springls.h\"\n",
+    "#line 899 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7980,7 +7989,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1032 \"springls.h\"\n",
+    "#line 1036 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8047,7 +8056,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1100 \"springls.h\"\n",
+    "#line 1104 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8080,7 +8089,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1134 \"springls.h\"\n",
+    "#line 1138 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8178,7 +8187,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1233 \"springls.h\"\n",
+    "#line 1237 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8214,7 +8223,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1270 \"springls.h\"\n",
+    "#line 1274 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8246,7 +8255,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1303 \"springls.h\"\n",
+    "#line 1307 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8368,7 +8377,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1426 \"springls.h\"\n",
+    "#line 1430 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8376,7 +8385,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1435 \"springls.h\"\n",
+    "#line 1439 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -8429,7 +8438,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1489 \"springls.h\"\n",
+    "#line 1493 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8439,7 +8448,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1500 \"springls.h\"\n",
+    "#line 1504 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8472,7 +8481,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1534 \"springls.h\"\n",
+    "#line 1538 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8527,7 +8536,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1590 \"springls.h\"\n",
+    "#line 1594 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -8596,7 +8605,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1660 \"springls.h\"\n",
+    "#line 1664 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -8628,7 +8637,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1693 \"springls.h\"\n",
+    "#line 1697 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8768,7 +8777,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1834 \"springls.h\"\n",
+    "#line 1838 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

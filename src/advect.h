@@ -16,7 +16,7 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     if (!given->data) return SPRINGLS_OK;
     field->data = given->data;
     field->channels = channels;
-    if (given->grid.size[0] == 0) { /* on the model's own grid */
+    if (given->grid.size[0] == 0 && given->grid.size[1] == 0 && given->grid.size[2] == 0) { /* the model's own */
         for (axis = 0; axis < 3; axis++) {
             field->size[axis] = ctx->desc.grid.size[axis];
             field->from_voxel[5 * axis] = 1.0f;
@@ -266,7 +266,8 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     springls__advect_job job;
     springls_forces euler;
     int moving;
-    if (!ctx || !speed) return SPRINGLS_INVALID_ARGUMENT;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     euler = *forces;

@@ -246,7 +246,8 @@ typedef struct springls_mesh_report {
 } springls_mesh_report;
 
 /* Indexed triangle mesh, world coordinates, counter-clockwise seen from outside. `stride` is the bytes from one
-   position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. An inside-out, open or
+   position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. Steps expect them about as large as a voxel: a
+   mesh of larger ones needs springls_resample, until the count stops growing, before its first step. An inside-out, open or
    dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area.
    BAD_MESH: index out of range, nothing left. NON_FINITE: a used position is. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
@@ -262,8 +263,8 @@ SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const in
 /* The voxels with low <= intensity <= high; NaN is outside. The surface is placed by interpolating the intensity. */
 SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high);
 
-/* An implicit function, negative inside, asked in batches of world points (3 floats each). It must be Lipschitz: a
-   signed distance, or a lower bound of one. Never stored densely. */
+/* An implicit function, negative inside, asked in batches of world points (3 floats each). Of Lipschitz constant 1: a signed
+   distance, or a lower bound of one; parts of a steeper function's surface are missed. Never stored densely. */
 typedef void (*springls_implicit_fn)(void *user, const float *points, int count, float *out);
 SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, springls_implicit_fn fn, void *user);
 
@@ -360,18 +361,19 @@ typedef struct springls_step_desc {
     float max_displacement; /* voxels; a longer dt is cut into equal sub-steps; 0: never cut (d_max when dt is 0) */
     bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
     bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
+    bool stop_at_rest;      /* springls_run ends, with OK, after a step in which at most one springl in a thousand
+                               moved by more than a hundredth of a voxel: an active contour has arrived         */
 } springls_step_desc;
 
 /* One step of the chosen algorithm from the context's time. NON_FINITE leaves the model as it was before the step, or before
    the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
-/* `steps` steps with progress reports. Stops early, with OK, after a step in which at most one springl in a thousand moved
-   by more than a hundredth of a voxel: not for steps that are meant to be smaller. */
+/* `steps` steps with progress reports. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
 SPRINGLS_API double springls_time(const springls_context *ctx);
-SPRINGLS_API void springls_set_time(springls_context *ctx, double time);
+SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
 
 /* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
 
@@ -438,9 +440,11 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
-/* The closest place of any springl, wherever the point is. */
+/* The closest place of any springl, wherever the point is. Springls leave gaps between them: it may be further than the zero
+   level. A point that is not finite refuses the batch; `out` stays as it was. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
-/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Directions need not be unit
+/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Rays pass through the gaps
+   between springls: for a closed surface, give the mesh of springls_extract_mesh to a second context (springls_set_mesh). Directions need not be unit
    vectors; a direction of no length hits nothing. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);

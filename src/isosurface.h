@@ -167,7 +167,8 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
 {
     springls__raw_mesh raw;
     springls__dress_job job;
-    if (!ctx || !out) return SPRINGLS_INVALID_ARGUMENT;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -185,7 +186,8 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
 {
     int i, m;
-    if (!ctx || !out) return SPRINGLS_INVALID_ARGUMENT;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
     if (ctx->set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
     SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->set.count, ctx->set.count, out));
     for (i = 0; i < ctx->set.count; i++) {

@@ -289,7 +289,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                 for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
                     SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
     }
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid");
+    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
     return springls__adopt_reference(ctx);
 }
@@ -303,10 +303,11 @@ SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *poi
     const springls__implicit_job *job = (const springls__implicit_job *)arg;
     springls__v3 world[SPRINGLS__BRICK_VOXELS];
     float scale = 1.0f / job->ctx->largest_spacing; /* a lower bound of the distance in voxels, exact when uniform */
+    float *xyz = (float *)(void *)world;
     int i;
     memcpy(world, points, (size_t)count * sizeof *world);
-    springls_to_world(job->ctx, &world[0].x, count, &world[0].x);
-    job->fn(job->user, &world[0].x, count, out);
+    springls_to_world(job->ctx, xyz, count, xyz);
+    job->fn(job->user, xyz, count, out);
     for (i = 0; i < count; i++) out[i] *= scale;
 }
 

@@ -96,7 +96,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (ctx->stats.moving <= still) return SPRINGLS_OK;
+        if (step->stop_at_rest && ctx->stats.moving <= still) return SPRINGLS_OK;
     }
     return SPRINGLS_OK;
 }
@@ -105,5 +105,5 @@ SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ct
 
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 {
-    if (ctx) ctx->time = time;
+    if (ctx && time > -DBL_MAX && time < DBL_MAX) ctx->time = time;
 }

@@ -474,6 +474,9 @@ TEST run_stops_when_nothing_moves(void)
     springls_stats stats;
     forces.pressure = towards_radius;
     step.one_to_one = true;
+    ASSERT_OK(springls_run(ctx, &step, 30)); /* nobody has asked for a stop */
+    ASSERT_EQ(30, springls_get_stats(ctx).steps);
+    step.stop_at_rest = true;
     ASSERT_OK(springls_run(ctx, &step, 400));
     stats = springls_get_stats(ctx);
     ASSERT_LT(stats.steps, 400);
