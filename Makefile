@@ -37,7 +37,9 @@ ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/c
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
-TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(sort $(wildcard tests/test_*.c)))
+# Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
+TEST_FILES   := $(if $(filter tsan,$(VARIANT)),$(shell grep -l -e pthread -e histories.h tests/test_*.c),$(sort $(wildcard tests/test_*.c)))
+TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(TEST_FILES))
 
 ifdef SPRINGLS_DATA
   export SPRINGLS_DATA
@@ -150,7 +152,7 @@ asan:   ## the tests under AddressSanitizer (out-of-bounds, use after free, leak
 	@$(SANITIZED) -fsanitize=address"
 ubsan:  ## the tests under UndefinedBehaviorSanitizer
 	@$(SANITIZED) -fsanitize=undefined,float-cast-overflow -fno-sanitize-recover=all"
-tsan:   ## the tests under ThreadSanitizer (data races)
+tsan:   ## the tests with threads under ThreadSanitizer (data races)
 	@$(SANITIZED) -fsanitize=thread"
 
 compile-matrix: deps-matrix   ## springls.h in every language, linkage and namespace mode, gcc and clang
