@@ -5351,17 +5351,17 @@ typedef struct springls__mesh_report {
    insertion where a few are left. */
 SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
 {
-    struct { size_t first, end; int bit; } todo[65];
+    struct { size_t first, end; int bit; } range[65];
     int depth = 1;
     size_t i, j;
     uint64_t any = 0;
     for (i = 0; i < count; ++i) any |= keys[i];
-    todo[0].first = 0;
-    todo[0].end = count;
-    for (todo[0].bit = -1; any; any >>= 1) ++todo[0].bit;
+    range[0].first = 0;
+    range[0].end = count;
+    for (range[0].bit = -1; any; any >>= 1) ++range[0].bit;
     while (depth > 0) {
-        size_t first = todo[--depth].first, end = todo[depth].end;
-        int bit = todo[depth].bit;
+        size_t first = range[--depth].first, end = range[depth].end;
+        int bit = range[depth].bit;
         while (bit >= 0 && end - first > 16) {
             i = first;
             j = end;
@@ -5372,9 +5372,9 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
                 keys[j] = key;
             }
             --bit;
-            todo[depth].first = i;
-            todo[depth].end = end;
-            todo[depth++].bit = bit;
+            range[depth].first = i;
+            range[depth].end = end;
+            range[depth++].bit = bit;
             end = i;
         }
         if (bit < 0) continue;
