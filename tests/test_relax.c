@@ -613,7 +613,7 @@ TEST new_parameters_count_at_once(void)
 SUITE(relax)
 {
     int h, w, torque;
-    char suffix[64];
+    char suffix[48];
     RUN_TEST(update_is_minus_the_gradient_of_eq7);
     RUN_TEST(update_is_minus_the_gradient_of_eq14);
     RUN_TEST(energy_falls);
