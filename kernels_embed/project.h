@@ -1,31 +1,90 @@
-/* project.h - the level set's value from oriented springls, to second order. */
+/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
 /* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
 
-/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the
-   particle with normal n that meets the voxel's own direction (exact on spheres and planes, where the plane of the
-   springl alone is biased outwards). No say for springls that face elsewhere: the other sheet of a thin object. */
-typedef struct springls__say { float weight, value; } springls__say;
+/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
+   with it. */
+typedef struct springls__oriented { springls__v3 p, n, moved; } springls__oriented;
 
-SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
+typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
+
+/* Squared distance of voxels in a row along x from what lies yz2 beside that row. */
+SPRINGLS__MATHS float springls__row_distance2(float x, float yz2) { return x * x + yz2; }
+
+/* Falls smoothly to 0 at the radius. */
+SPRINGLS__MATHS float springls__project_weight(float d2)
 {
-    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS, variance = 0.6f;
-    springls__v3 d = springls__sub(x, p);
-    float d2 = springls__length2(d), along = springls__dot(direction, n);
-    springls__say say;
-    say.weight = say.value = 0.0f;
-    if (d2 >= radius2 || along <= 0.4f) return say;
-    say.weight = springls__exp(-d2 / variance);
-    say.value = say.weight * springls__dot(springls__add(direction, n), d) / (1.0f + along);
-    return say;
+    float t = springls__max(1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS)), 0.0f);
+    t = t * t;
+    return t * t;
 }
 
-/* The value to take: the springls' where it is close to the evolved one, which decides the side in doubt. */
-SPRINGLS__MATHS float springls__corrected_phi(float phi, float weight, float value)
+/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
+   then it is of another sheet. */
+SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)
 {
-    float f = value / springls__max(weight, 1e-6f), change = springls__fabs(f - phi);
+    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
+    if (springls__dot(facing, s.n) <= 0.4f) return sum;
+    sum.weight += w;
+    sum.height += w * (s.n.x * offset.x + (s.n.y * offset.y + s.n.z * offset.z));
+    sum.offset = springls__mad(sum.offset, offset, w);
+    sum.normal = springls__mad(sum.normal, s.n, w);
+    sum.moved = springls__mad(sum.moved, s.moved, w);
+    return sum;
+}
+
+/* True where springls are near enough for the sums to say something. */
+SPRINGLS__MATHS int springls__moments_heard(springls__moments sum) { return sum.weight > 1e-3f; }
+
+/* The signed distance that the sums tell. One springl means the circle arc through its particle p with normal n that meets
+   the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl
+   alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. */
+SPRINGLS__MATHS float springls__moments_distance(springls__moments sum)
+{
+    float agreement = springls__length(sum.normal) / sum.weight;
+    springls__v3 g = springls__normalize(sum.normal);
+    return 0.5f * (springls__dot(g, sum.offset) + sum.height) / sum.weight * (1.0f + 0.5f * (1.0f - agreement));
+}
+
+/* The value to take: the springls' where it is close to the level set's own, which decides the side in doubt. */
+SPRINGLS__MATHS float springls__corrected_phi(float phi, float f, springls__moments sum)
+{
+    float change = springls__fabs(f - phi);
     int same_side = (f < 0.0f) == (phi < 0.0f);
-    if (weight < 1e-3f) return phi;
-    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;
+    springls__v3 g = springls__normalize(sum.normal), o = springls__scale(sum.offset, 1.0f / sum.weight);
+    float T = springls__length(springls__sub(o, springls__scale(g, springls__dot(o, g))));
+    static float wmin=-1, tk, tol; if (wmin<0) { wmin=getenv("WMIN")?atof(getenv("WMIN")):0.001; tk=getenv("TK")?atof(getenv("TK")):0;tol=getenv("TOL")?atof(getenv("TOL")):.5;  }
+    if (sum.weight < wmin) return phi;
+    float tl = tol - tk*T*T;
+    return change < tl || (same_side && change < 1.5*tl) ? f : phi;
+}
+
+/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
+   its old value in it. */
+SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }
+
+SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
+
+/* The old value again, where nobody could help. */
+SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
+{
+    if (!springls__is_doubtful(phi, far_value)) return phi;
+    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
+}
+
+/* A doubtful voxel takes the side of its neighbour nearest to the surface, if that one knows. */
+SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
+{
+    float best = v.xm, d;
+    if (!springls__is_doubtful(v.c, far_value)) return v.c;
+    best = springls__fabs(v.xp) < springls__fabs(best) ? v.xp : best;
+    best = springls__fabs(v.ym) < springls__fabs(best) ? v.ym : best;
+    best = springls__fabs(v.yp) < springls__fabs(best) ? v.yp : best;
+    best = springls__fabs(v.zm) < springls__fabs(best) ? v.zm : best;
+    best = springls__fabs(v.zp) < springls__fabs(best) ? v.zp : best;
+    if (springls__is_doubtful(best, far_value)) return v.c;
+    d = springls__min(springls__fabs(best) + 1.0f, far_value);
+    return best < 0.0f ? -d : d;
 }

@@ -160,6 +160,7 @@ typedef struct springls_params {
     float evolve_step;       /* delta t of eq. 23                                                               */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
+    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)         */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
     springls_topology topology;
 

@@ -13,17 +13,31 @@ SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* Bricks under all particles. */
-SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
+/* The bricks that come within `margin` voxels of a particle, from lo to hi along each axis. */
+SPRINGLS__FN void springls__particle_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
+{
+    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
+}
+
+/* Every brick within `margin` of a particle becomes active. */
+SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx, float margin)
 {
     springls__grid *g = &ctx->grid;
-    int i, n = 0, *missing;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof(int), (void **)&missing));
+    int i, x, y, z, lo[3], hi[3], n = 0, *missing;
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 8 * (size_t)ctx->set.count, sizeof(int), (void **)&missing));
     for (i = 0; i < ctx->set.count; i++) {
-        springls__v3 p = ctx->set.s[i].p;
-        int brick = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
-                                       springls__cell_coordinate(p.z, g->size[2]));
-        if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
+        springls__particle_bricks(g, ctx->set.s[i].p, margin, lo, hi);
+        for (z = lo[2]; z <= hi[2]; z++)
+            for (y = lo[1]; y <= hi[1]; y++)
+                for (x = lo[0]; x <= hi[0]; x++) {
+                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
+                    if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
+                }
     }
     return springls__grid_add_bricks(ctx, g, missing, n);
 }
@@ -39,7 +53,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     uint32_t running = 0;
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cells_cover(ctx));
+    SPRINGLS__TRY(springls__cells_cover(ctx, 0.0f));
     SPRINGLS__TRY(springls__grow(ctx, &cells->ids_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->large_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->key_memory, n + 1, sizeof(size_t), 0));

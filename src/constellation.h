@@ -41,6 +41,8 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     set->mask = (uint8_t *)set->mask_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->phi_memory, n, sizeof *set->phi, kept * sizeof *set->phi));
     set->phi = (float *)set->phi_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, &set->was_memory, n, sizeof *set->was, kept * sizeof *set->was));
+    set->was = (springls__v3 *)set->was_memory.data;
     return SPRINGLS_OK;
 }
 
@@ -50,7 +52,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 {
     springls__constellation *set = &ctx->set;
     int i = set->count++;
-    SPRINGLS_ASSERT((size_t)i < set->phi_memory.bytes / sizeof *set->phi); /* the last array to be grown */
+    SPRINGLS_ASSERT((size_t)i < set->was_memory.bytes / sizeof *set->was); /* the last array to be grown */
     set->s[i] = *s;
     springls__springl_finish(&set->s[i]);
     set->a[i] = a;
@@ -58,6 +60,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
     set->generation[i] = generation;
     set->mask[i] = mask;
     set->phi[i] = 0.0f;
+    set->was[i] = s->p;
     return i;
 }
 
@@ -75,6 +78,7 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
             set->generation[n] = set->generation[i];
             set->mask[n] = set->mask[i];
             set->phi[n] = set->phi[i];
+            set->was[n] = set->was[i];
         }
         n++;
     }
@@ -106,5 +110,6 @@ SPRINGLS__FN void springls__constellation_free(springls_context *ctx)
     springls__buffer_free(ctx, &set->generation_memory);
     springls__buffer_free(ctx, &set->mask_memory);
     springls__buffer_free(ctx, &set->phi_memory);
+    springls__buffer_free(ctx, &set->was_memory);
     memset(set, 0, sizeof *set);
 }

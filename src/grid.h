@@ -130,15 +130,72 @@ SPRINGLS__FN springls__cross7 springls__tile_cross(const float *t)
     return v;
 }
 
-/* What was written becomes the field. */
-SPRINGLS__FN void springls__swap_phi(springls__grid *g)
+SPRINGLS__FN void springls__swap_fields(float **a, springls__buffer *a_memory, float **b, springls__buffer *b_memory)
 {
-    springls__buffer memory = g->phi_memory;
-    float *phi = g->phi;
-    g->phi_memory = g->next_memory;
-    g->phi = g->phi_next;
-    g->next_memory = memory;
-    g->phi_next = phi;
+    springls__buffer memory = *a_memory;
+    float *field = *a;
+    *a_memory = *b_memory;
+    *a = *b;
+    *b_memory = memory;
+    *b = field;
+}
+
+/* What was written becomes the field. */
+SPRINGLS__FN void springls__swap_phi(springls__grid *g) { springls__swap_fields(&g->phi, &g->phi_memory, &g->phi_next, &g->next_memory); }
+
+/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
+enum { SPRINGLS__WIDE_MARGIN = 3, SPRINGLS__WIDE = 8 + 2 * SPRINGLS__WIDE_MARGIN };
+
+typedef struct springls__wide_tile {
+    const springls__grid *g;
+    const float *field;
+    int origin[3];
+    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];
+} springls__wide_tile;
+
+SPRINGLS__FN void springls__load_wide_tile(const springls__grid *g, const float *field, const int origin[3], springls__wide_tile *tile)
+{
+    const int m = SPRINGLS__WIDE_MARGIN;
+    int x, y, z;
+    bool border = false;
+    float *out = tile->value;
+    tile->g = g;
+    tile->field = field;
+    memcpy(tile->origin, origin, sizeof tile->origin);
+    for (x = 0; x < 3; x++) border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
+    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)
+        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {
+            if (border) {
+                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
+            } else {
+                const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+                size_t row = (size_t)springls__voxel_in_brick(0, y, z);
+                memcpy(out, field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m, (size_t)m * sizeof *out);
+                memcpy(out + m, field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row, 8 * sizeof *out);
+                memcpy(out + m + 8, field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row, (size_t)m * sizeof *out);
+            }
+        }
+}
+
+/* Trilinear value at x, in voxels from the brick's first one. */
+SPRINGLS__FN float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
+{
+    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
+    const float lower = (float)-m, upper = (float)(7 + m);
+    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
+    const float *t;
+    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper))
+        return springls__grid_sample(tile->g, tile->field, springls__v3_make(x.x + (float)tile->origin[0], x.y + (float)tile->origin[1], x.z + (float)tile->origin[2]));
+    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
+    corner[0] = t[0];
+    corner[1] = t[1];
+    corner[2] = t[sy];
+    corner[3] = t[sy + 1];
+    corner[4] = t[sz];
+    corner[5] = t[sz + 1];
+    corner[6] = t[sz + sy];
+    corner[7] = t[sz + sy + 1];
+    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)

@@ -40,9 +40,10 @@ typedef struct springls__constellation {
     uint32_t *generation;
     uint8_t *mask;          /* 1: does not relax                                                                */
     float *phi;             /* the level set at p, when it was last in step with p (phi_n of eq. 27)             */
+    springls__v3 *was;      /* where the particle was when phi was last in step with it                          */
     int count;
     uint32_t next_id;
-    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, phi_memory;
+    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, phi_memory, was_memory;
 } springls__constellation;
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant

@@ -38,6 +38,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_step = 0.75f;
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
+    p.predict = 0;
     p.project_level_set = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;

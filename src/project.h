@@ -1,56 +1,198 @@
-/* project.h - phi near the springls becomes their oriented distance: eq. 23 decides the side, the springls the value.
-   It takes the chord error of flat triangles and the lag of the moving front out of the level set. */
+/* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
+   of the moving front out of the level set. With params.predict phi is first carried along: the value at a voxel is that
+   of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
 
-SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
+/* Springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
+typedef struct springls__project_job {
+    springls_context *ctx;
+    springls__oriented *oriented;
+    int in_cells, count;
+    float most_moved; /* the longest way of any springl */
+    bool carry;
+} springls__project_job;
+
+SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
 {
-    const springls_context *ctx = (const springls_context *)arg;
-    const springls__grid *g = &ctx->grid;
-    const float width = 1.2f, reach = SPRINGLS__PROJECT_RADIUS; /* width: no voxel beyond it is next to the zero level */
-    float tile[SPRINGLS__TILE_VOXELS], weight[SPRINGLS__BRICK_VOXELS], value[SPRINGLS__BRICK_VOXELS];
-    springls__v3 direction[SPRINGLS__BRICK_VOXELS];
-    int x, y, z, v, o[3];
-    uint32_t k;
+    const springls__project_job *job = (const springls__project_job *)arg;
+    const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
-        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        springls__slot_origin(g, g->active[begin], o);
-        springls__load_tile(g, g->phi, g->active[begin], tile);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            springls__cross7 c = springls__tile_cross(tile + springls__tile_index(v & 7, v >> 3 & 7, v >> 6));
-            out[v] = c.c;
-            weight[v] = value[v] = 0.0f;
-            direction[v] = springls__fabs(c.c) < width
-                ? springls__normalize(springls__v3_make(c.xp - c.xm, c.yp - c.ym, c.zp - c.zm)) : springls__v3_make(0.0f, 0.0f, 0.0f);
-        }
-        for (k = ctx->cells.near_first[begin]; k < ctx->cells.near_first[begin + 1]; k++) {
-            const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
-            springls__v3 n = springls__springl_normal(s), p = s->p;
-            int lo[3], hi[3];
-            lo[0] = springls__imax((int)springls__floor(p.x - reach) + 1 - o[0], 0);
-            lo[1] = springls__imax((int)springls__floor(p.y - reach) + 1 - o[1], 0);
-            lo[2] = springls__imax((int)springls__floor(p.z - reach) + 1 - o[2], 0);
-            hi[0] = springls__imin((int)springls__floor(p.x + reach) - o[0], 7);
-            hi[1] = springls__imin((int)springls__floor(p.y + reach) - o[1], 7);
-            hi[2] = springls__imin((int)springls__floor(p.z + reach) - o[2], 7);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++) {
-                        springls__say say;
-                        v = x + 8 * y + 64 * z;
-                        say = springls__oriented_distance(springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z)),
-                                                          direction[v], p, n);
-                        weight[v] += say.weight;
-                        value[v] += say.value;
-                    }
-        }
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__corrected_phi(out[v], weight[v], value[v]);
+        uint32_t i = begin < job->in_cells ? ctx->cells.ids[begin] : ctx->cells.large[begin - job->in_cells];
+        springls__oriented *o = &job->oriented[begin];
+        o->p = ctx->set.s[i].p;
+        o->n = springls__springl_normal(&ctx->set.s[i]);
+        o->moved = springls__sub(o->p, ctx->set.was[i]);
     }
 }
 
-SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
+/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+enum { SPRINGLS__NEAR_RANGES = 6 * 6 * 3 + 1 };
+
+typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
+
+SPRINGLS__FN void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
 {
-    SPRINGLS__TRY(springls__near_build(ctx, SPRINGLS__PROJECT_RADIUS)); /* the band has moved: lists follow its bricks */
-    springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
+    if (first == end) return;
+    near_by->first[near_by->count] = first;
+    near_by->end[near_by->count++] = end;
+}
+
+SPRINGLS__FN springls__near_ranges springls__near_brick(const springls__project_job *job, const int origin[3])
+{
+    const springls__grid *g = &job->ctx->grid;
+    springls__near_ranges near_by;
+    int x, y, z;
+    near_by.count = 0;
+    for (z = -SPRINGLS__CELL; z < 8 + SPRINGLS__CELL; z += SPRINGLS__CELL)
+        for (y = -SPRINGLS__CELL; y < 8 + SPRINGLS__CELL; y += SPRINGLS__CELL)
+            for (x = -8; x <= 8; x += 8) {
+                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
+                const uint32_t *cell;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
+                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
+                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
+                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+            }
+    springls__near_ranges_add(&near_by, job->in_cells, job->count);
+    return near_by;
+}
+
+/* The first and the last of a brick's voxels, along one axis, within reach of x. */
+SPRINGLS__FN int springls__first_near(float x) { return springls__imax((int)springls__floor(x - SPRINGLS__PROJECT_RADIUS) + 1, 0); }
+SPRINGLS__FN int springls__last_near(float x) { return springls__imin((int)springls__floor(x + SPRINGLS__PROJECT_RADIUS), 7); }
+
+typedef void (*springls__row_fn)(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row);
+
+/* Runs over the rows of a brick that a springl reaches. */
+SPRINGLS__FN void springls__reached_rows(const springls__oriented *s, const int origin[3], springls__row_fn run, springls__brick_sums *sums)
+{
+    springls__v3 p = springls__v3_make(s->p.x - (float)origin[0], s->p.y - (float)origin[1], s->p.z - (float)origin[2]), offset;
+    int y0 = springls__first_near(p.y), y1 = springls__last_near(p.y), z0 = springls__first_near(p.z), z1 = springls__last_near(p.z), y, z;
+    if (springls__first_near(p.x) > springls__last_near(p.x)) return;
+    offset.x = -p.x;
+    for (z = z0; z <= z1; z++)
+        for (y = y0; y <= y1; y++) {
+            offset.y = (float)y - p.y;
+            offset.z = (float)z - p.z;
+            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            run(s, offset, sums, 8 * y + 64 * z);
+        }
+}
+
+/* The nearest springl of every voxel, then the sums over those that face the same way. False when there is none near. */
+SPRINGLS__FN bool springls__brick_sums_take(const springls__project_job *job, const int origin[3], springls__brick_sums *sums)
+{
+    springls__near_ranges near_by = springls__near_brick(job, origin);
+    int r, k, v;
+    if (near_by.count == 0) return false;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    memset(sums->facing, 0, sizeof sums->facing);
+    memset(sums->sum, 0, sizeof sums->sum);
+    for (r = 0; r < near_by.count; r++)
+        for (k = near_by.first[r]; k < near_by.end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__nearest_row, sums);
+    for (r = 0; r < near_by.count; r++)
+        for (k = near_by.first[r]; k < near_by.end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
+    return true;
+}
+
+SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
+{
+    const springls__project_job *job = (const springls__project_job *)arg;
+    const springls_context *ctx = job->ctx;
+    const springls__grid *g = &ctx->grid;
+    springls__brick_sums sums;
+    springls__wide_tile tile;
+    int v, o[3];
+    for (; begin < end; begin++) {
+        const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        bool some;
+        springls__slot_origin(g, g->active[begin], o);
+        some = springls__brick_sums_take(job, o, &sums);
+        if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            springls__moments sum;
+            float here = phi[v];
+            if (some) sum = springls__moments_load(&sums, v);
+            if (some && springls__moments_heard(sum)) {
+                if (job->carry) {
+                    springls__v3 from = springls__mad(springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6)), sum.moved, -1.0f / sum.weight);
+                    here = springls__wide_tile_sample(&tile, from);
+                }
+                if (ctx->params.project_level_set) here = springls__corrected_phi(here, springls__moments_distance(sum), sum);
+            } else if (job->carry && springls__fabs(here) < job->most_moved) {
+                here = springls__doubtful(here, g->far_value);
+            }
+            out[v] = here;
+        }
+    }
+}
+
+/* phi_next to omega, or back: doubtful voxels ask their neighbours. */
+typedef struct springls__settle_job { const springls__grid *g; const float *from; float *to; bool last; } springls__settle_job;
+
+SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
+{
+    const springls__settle_job *job = (const springls__settle_job *)arg;
+    const springls__grid *g = job->g;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int y, z, v;
+    for (; begin < end; begin++) {
+        float *out = job->to + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        springls__load_tile(g, job->from, g->active[begin], tile);
+        for (z = 0; z < 8; z++)
+            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+        if (!job->last) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
+    }
+}
+
+/* The flood needs a third field: omega lends its memory, which is taken afresh when it is next asked for. */
+SPRINGLS__FN void springls__settle(springls_context *ctx)
+{
+    const int voxels = 3; /* from what a springl reaches to what it may have passed */
+    springls__grid *g = &ctx->grid;
+    springls__settle_job job;
+    int i;
+    springls__fill(g->omega, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(g->omega, SPRINGLS__INSIDE, -g->far_value);
+    for (i = 0; i < voxels; i++) {
+        job.g = g;
+        job.from = g->phi_next;
+        job.to = g->omega;
+        job.last = i == voxels - 1;
+        springls__parallel(ctx, g->active_count, 8, springls__settle_task, &job);
+        springls__swap_fields(&g->phi_next, &g->next_memory, &g->omega, &g->omega_memory);
+    }
+    springls__fill(g->omega, SPRINGLS__OUTSIDE, ctx->params.capture);
+    springls__fill(g->omega, SPRINGLS__INSIDE, ctx->params.capture);
+    ctx->omega_fresh = false;
+}
+
+SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
+{
+    springls__project_job job;
+    int i;
+    SPRINGLS__TRY(springls__cells_cover(ctx, SPRINGLS__PROJECT_RADIUS));
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof *job.oriented, (void **)&job.oriented));
+    job.ctx = ctx;
+    job.count = ctx->set.count;
+    job.in_cells = job.count - ctx->cells.large_count;
+    job.carry = carry;
+    springls__parallel(ctx, job.count, 256, springls__oriented_task, &job);
+    job.most_moved = 0.0f;
+    for (i = 0; i < job.count; i++) job.most_moved = springls__max(job.most_moved, springls__length2(job.oriented[i].moved));
+    job.most_moved = springls__sqrt(job.most_moved);
+    springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, &job);
+    if (carry) {
+        springls__settle(ctx);
+        for (i = 0; i < ctx->set.count; i++) ctx->set.was[i] = ctx->set.s[i].p;
+    }
     springls__commit_phi(ctx);
     springls__redistance_sweeps(ctx, 2);
-    return SPRINGLS_OK;
+    return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }
+
+SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
+SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }

@@ -36,6 +36,7 @@
 #include "lanes.h"
 #include "lanes_neighbors.h"
 #include "lanes_rows.h"
+#include "lanes_project.h"
 #include "neighbors.h"
 #include "lanes_relax.h"
 
