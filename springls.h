@@ -29,6 +29,7 @@
      >>lanes                src/lanes.h
      >>lanes_neighbors      src/lanes_neighbors.h
      >>lanes_rows           src/lanes_rows.h
+     >>lanes_project        src/lanes_project.h
      >>neighbors            src/neighbors.h
      >>lanes_relax          src/lanes_relax.h
      >>transform            src/transform.h
@@ -520,6 +521,7 @@ typedef struct springls_params {
     float evolve_step;       /* delta t of eq. 23                                                               */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
+    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)         */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
     springls_topology topology;
 
@@ -718,7 +720,8 @@ typedef struct springls_step_desc {
     const springls_forces *forces;
     springls_mode mode;
     float dt;               /* time to advance; 0: one step in which the fastest particle moves max_displacement */
-    float max_displacement; /* voxels; a longer dt is cut into equal sub-steps; 0: never cut (d_max when dt is 0) */
+    float max_displacement; /* voxels; dt is cut into sub-steps in which no particle goes further, adapted to the
+                               force as it changes; 0: never cut (d_max when dt is 0)                           */
     bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
     bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
     bool stop_at_rest;      /* springls_run ends, with OK, after a step in which at most one springl in a thousand
@@ -1661,36 +1664,88 @@ SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)
 }
 
 /* ======== >>project  (kernels_embed/project.h) ================================================================= */
-/* project.h - the level set's value from oriented springls, to second order. */
+/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
 /* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
 
-/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the
-   particle with normal n that meets the voxel's own direction (exact on spheres and planes, where the plane of the
-   springl alone is biased outwards). No say for springls that face elsewhere: the other sheet of a thin object. */
-typedef struct springls__say { float weight, value; } springls__say;
+/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
+   with it. */
+typedef struct springls__oriented { springls__v3 p, n, moved; } springls__oriented;
 
-SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
+typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
+
+/* Squared distance of voxels in a row along x from what lies yz2 beside that row. */
+SPRINGLS__MATHS float springls__row_distance2(float x, float yz2) { return x * x + yz2; }
+
+/* Falls smoothly to 0 at the radius. */
+SPRINGLS__MATHS float springls__project_weight(float d2)
 {
-    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS, variance = 0.6f;
-    springls__v3 d = springls__sub(x, p);
-    float d2 = springls__length2(d), along = springls__dot(direction, n);
-    springls__say say;
-    say.weight = say.value = 0.0f;
-    if (d2 >= radius2 || along <= 0.4f) return say;
-    say.weight = springls__exp(-d2 / variance);
-    say.value = say.weight * springls__dot(springls__add(direction, n), d) / (1.0f + along);
-    return say;
+    float t = springls__max(1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS)), 0.0f);
+    t = t * t;
+    return t * t;
 }
 
-/* The value to take: the springls' where it is close to the evolved one, which decides the side in doubt. */
-SPRINGLS__MATHS float springls__corrected_phi(float phi, float weight, float value)
+/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
+   then it is of another sheet. */
+SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)
 {
-    float f = value / springls__max(weight, 1e-6f), change = springls__fabs(f - phi);
+    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
+    if (springls__dot(facing, s.n) <= 0.4f) return sum;
+    sum.weight += w;
+    sum.height += w * (s.n.x * offset.x + (s.n.y * offset.y + s.n.z * offset.z));
+    sum.offset = springls__mad(sum.offset, offset, w);
+    sum.normal = springls__mad(sum.normal, s.n, w);
+    sum.moved = springls__mad(sum.moved, s.moved, w);
+    return sum;
+}
+
+/* True where springls are near enough for the sums to say something. */
+SPRINGLS__MATHS int springls__moments_heard(springls__moments sum) { return sum.weight > 1e-3f; }
+
+/* The signed distance that the sums tell, where they are sure enough, else phi. One springl means the circle arc through its
+   particle p with normal n that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and
+   planes, where the plane of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first
+   order about 1, so that sums do. The further the springls lie to one side of the voxel, the less they know of the surface's
+   bend in between, and the nearer to phi, which decides the side in doubt, their answer must be. */
+SPRINGLS__MATHS float springls__moments_distance(springls__moments sum, float phi)
+{
+    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
+    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);
+    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);
+    float f = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
+    float change = springls__fabs(f - phi), trust = 0.5f - aside2;
     int same_side = (f < 0.0f) == (phi < 0.0f);
-    if (weight < 1e-3f) return phi;
-    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;
+    return change < trust || (same_side && change < 1.5f * trust) ? f : phi;
+}
+
+/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
+   its old value in it. */
+SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }
+
+SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
+
+/* The old value again, where nobody could help. */
+SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
+{
+    if (!springls__is_doubtful(phi, far_value)) return phi;
+    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
+}
+
+/* A doubtful voxel takes the side of its neighbour nearest to the surface, if that one knows. */
+SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
+{
+    float best = v.xm, d;
+    if (!springls__is_doubtful(v.c, far_value)) return v.c;
+    best = springls__fabs(v.xp) < springls__fabs(best) ? v.xp : best;
+    best = springls__fabs(v.ym) < springls__fabs(best) ? v.ym : best;
+    best = springls__fabs(v.yp) < springls__fabs(best) ? v.yp : best;
+    best = springls__fabs(v.zm) < springls__fabs(best) ? v.zm : best;
+    best = springls__fabs(v.zp) < springls__fabs(best) ? v.zp : best;
+    if (springls__is_doubtful(best, far_value)) return v.c;
+    d = springls__min(springls__fabs(best) + 1.0f, far_value);
+    return best < 0.0f ? -d : d;
 }
 
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
@@ -1906,9 +1961,10 @@ typedef struct springls__constellation {
     uint32_t *generation;
     uint8_t *mask;          /* 1: does not relax                                                                */
     float *phi;             /* the level set at p, when it was last in step with p (phi_n of eq. 27)             */
+    springls__v3 *was;      /* where the particle was when phi was last in step with it                          */
     int count;
     uint32_t next_id;
-    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, phi_memory;
+    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, phi_memory, was_memory;
 } springls__constellation;
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
@@ -2205,6 +2261,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_step = 0.75f;
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
+    p.predict = 0;
     p.project_level_set = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
@@ -2220,7 +2277,9 @@ SPRINGLS_API springls_params springls_paper_params(void)
 SPRINGLS_API springls_params springls_default_params(void)
 {
     springls_params p = springls_paper_params();
-    p.relax_iterations = 2;
+    p.relax_iterations = 1;
+    p.relax_step_length = 0.2f;
+    p.relax_step_rotation = 0.2f;
     p.kappa_int = 1.0f;
     p.min_area = 0.05f;
     p.reshape = 1;
@@ -2229,7 +2288,8 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.split_edge = 2.0f;
     p.split_area = 4.0f;
     p.placement = SPRINGLS_PLACE_QUADRATIC;
-    p.evolve_iterations = 3;
+    p.evolve_iterations = 0;
+    p.predict = 1;
     p.project_level_set = 1;
     p.initial_stride = 1;
     return p;
@@ -2322,6 +2382,8 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     set->mask = (uint8_t *)set->mask_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->phi_memory, n, sizeof *set->phi, kept * sizeof *set->phi));
     set->phi = (float *)set->phi_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, &set->was_memory, n, sizeof *set->was, kept * sizeof *set->was));
+    set->was = (springls__v3 *)set->was_memory.data;
     return SPRINGLS_OK;
 }
 
@@ -2331,7 +2393,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 {
     springls__constellation *set = &ctx->set;
     int i = set->count++;
-    SPRINGLS_ASSERT((size_t)i < set->phi_memory.bytes / sizeof *set->phi); /* the last array to be grown */
+    SPRINGLS_ASSERT((size_t)i < set->was_memory.bytes / sizeof *set->was); /* the last array to be grown */
     set->s[i] = *s;
     springls__springl_finish(&set->s[i]);
     set->a[i] = a;
@@ -2339,6 +2401,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
     set->generation[i] = generation;
     set->mask[i] = mask;
     set->phi[i] = 0.0f;
+    set->was[i] = s->p;
     return i;
 }
 
@@ -2356,11 +2419,19 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
             set->generation[n] = set->generation[i];
             set->mask[n] = set->mask[i];
             set->phi[n] = set->phi[i];
+            set->was[n] = set->was[i];
         }
         n++;
     }
     set->count = n;
     return count - n;
+}
+
+/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->set.count; i++) ctx->set.was[i] = ctx->set.s[i].p;
 }
 
 /* To be called after anything that moves springls. */
@@ -2387,6 +2458,7 @@ SPRINGLS__FN void springls__constellation_free(springls_context *ctx)
     springls__buffer_free(ctx, &set->generation_memory);
     springls__buffer_free(ctx, &set->mask_memory);
     springls__buffer_free(ctx, &set->phi_memory);
+    springls__buffer_free(ctx, &set->was_memory);
     memset(set, 0, sizeof *set);
 }
 
@@ -2523,15 +2595,72 @@ SPRINGLS__FN springls__cross7 springls__tile_cross(const float *t)
     return v;
 }
 
-/* What was written becomes the field. */
-SPRINGLS__FN void springls__swap_phi(springls__grid *g)
+SPRINGLS__FN void springls__swap_fields(float **a, springls__buffer *a_memory, float **b, springls__buffer *b_memory)
 {
-    springls__buffer memory = g->phi_memory;
-    float *phi = g->phi;
-    g->phi_memory = g->next_memory;
-    g->phi = g->phi_next;
-    g->next_memory = memory;
-    g->phi_next = phi;
+    springls__buffer memory = *a_memory;
+    float *field = *a;
+    *a_memory = *b_memory;
+    *a = *b;
+    *b_memory = memory;
+    *b = field;
+}
+
+/* What was written becomes the field. */
+SPRINGLS__FN void springls__swap_phi(springls__grid *g) { springls__swap_fields(&g->phi, &g->phi_memory, &g->phi_next, &g->next_memory); }
+
+/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
+enum { SPRINGLS__WIDE_MARGIN = 3, SPRINGLS__WIDE = 8 + 2 * SPRINGLS__WIDE_MARGIN };
+
+typedef struct springls__wide_tile {
+    const springls__grid *g;
+    const float *field;
+    int origin[3];
+    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];
+} springls__wide_tile;
+
+SPRINGLS__FN void springls__load_wide_tile(const springls__grid *g, const float *field, const int origin[3], springls__wide_tile *tile)
+{
+    const int m = SPRINGLS__WIDE_MARGIN;
+    int x, y, z;
+    bool border = false;
+    float *out = tile->value;
+    tile->g = g;
+    tile->field = field;
+    memcpy(tile->origin, origin, sizeof tile->origin);
+    for (x = 0; x < 3; x++) border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
+    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)
+        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {
+            if (border) {
+                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
+            } else {
+                const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+                size_t row = (size_t)springls__voxel_in_brick(0, y, z);
+                memcpy(out, field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m, (size_t)m * sizeof *out);
+                memcpy(out + m, field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row, 8 * sizeof *out);
+                memcpy(out + m + 8, field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row, (size_t)m * sizeof *out);
+            }
+        }
+}
+
+/* Trilinear value at x, in voxels from the brick's first one. */
+SPRINGLS__FN float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
+{
+    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
+    const float lower = (float)-m, upper = (float)(7 + m);
+    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
+    const float *t;
+    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper))
+        return springls__grid_sample(tile->g, tile->field, springls__v3_make(x.x + (float)tile->origin[0], x.y + (float)tile->origin[1], x.z + (float)tile->origin[2]));
+    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
+    corner[0] = t[0];
+    corner[1] = t[1];
+    corner[2] = t[sy];
+    corner[3] = t[sy + 1];
+    corner[4] = t[sz];
+    corner[5] = t[sz + 1];
+    corner[6] = t[sz + sy];
+    corner[7] = t[sz + sy + 1];
+    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
 SPRINGLS__FN void springls__fill(float *field, int slot, float value)
@@ -2694,17 +2823,31 @@ SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* Bricks under all particles. */
-SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
+/* The bricks that come within `margin` voxels of a particle, from lo to hi along each axis. */
+SPRINGLS__FN void springls__particle_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
+{
+    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
+}
+
+/* Every brick within `margin` of a particle becomes active. */
+SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx, float margin)
 {
     springls__grid *g = &ctx->grid;
-    int i, n = 0, *missing;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof(int), (void **)&missing));
+    int i, x, y, z, lo[3], hi[3], n = 0, *missing;
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 8 * (size_t)ctx->set.count, sizeof(int), (void **)&missing));
     for (i = 0; i < ctx->set.count; i++) {
-        springls__v3 p = ctx->set.s[i].p;
-        int brick = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
-                                       springls__cell_coordinate(p.z, g->size[2]));
-        if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
+        springls__particle_bricks(g, ctx->set.s[i].p, margin, lo, hi);
+        for (z = lo[2]; z <= hi[2]; z++)
+            for (y = lo[1]; y <= hi[1]; y++)
+                for (x = lo[0]; x <= hi[0]; x++) {
+                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
+                    if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
+                }
     }
     return springls__grid_add_bricks(ctx, g, missing, n);
 }
@@ -2720,7 +2863,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     uint32_t running = 0;
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cells_cover(ctx));
+    SPRINGLS__TRY(springls__cells_cover(ctx, 0.0f));
     SPRINGLS__TRY(springls__grow(ctx, &cells->ids_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->large_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->key_memory, n + 1, sizeof(size_t), 0));
@@ -3347,6 +3490,164 @@ SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, fl
 
 #endif
 
+/* ======== >>lanes_project  (src/lanes_project.h) =============================================================== */
+/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
+   offset: from the particle to the row's first voxel. */
+
+/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */
+enum { SPRINGLS__SUM_OFFSET = 0, SPRINGLS__SUM_NORMAL = 3, SPRINGLS__SUM_MOVED = 6, SPRINGLS__SUM_WEIGHT = 9, SPRINGLS__SUM_HEIGHT = 10,
+       SPRINGLS__SUMS = 11 };
+
+typedef struct springls__brick_sums {
+    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */
+    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */
+    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];
+} springls__brick_sums;
+
+SPRINGLS__FN springls__moments springls__moments_load(const springls__brick_sums *sums, int i)
+{
+    springls__moments m;
+    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);
+    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);
+    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);
+    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];
+    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];
+    return m;
+}
+
+#if SPRINGLS__LANES
+
+static const float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+
+SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
+{
+    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
+}
+
+SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
+        springls__vec best = springls__vec_load(sums->nearest2 + i);
+        springls__vmask nearer = d2 < best;
+        if (!springls__vmask_any(nearer)) continue;
+        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
+        springls__vec_put(sums->facing[0] + i, nearer, s->n.x);
+        springls__vec_put(sums->facing[1] + i, nearer, s->n.y);
+        springls__vec_put(sums->facing[2] + i, nearer, s->n.z);
+    }
+}
+
+SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
+{
+    float *at = &sums->sum[member][i];
+    springls__vec_store(at, springls__vec_load(at) + value);
+}
+
+SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s->n.y * offset.y + s->n.z * offset.z;
+    springls__vec zero = springls__vec_all(0.0f);
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
+        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
+        if (!springls__vmask_any(w > zero)) continue;
+        along = springls__vec_load(sums->facing[0] + i) * s->n.x + springls__vec_load(sums->facing[1] + i) * s->n.y
+              + springls__vec_load(sums->facing[2] + i) * s->n.z;
+        w = w * w;
+        w = springls__vec_select(along > 0.4f, w * w, zero);
+        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s->n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s->n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s->n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s->n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s->moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s->moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s->moved.z * w);
+    }
+}
+
+/* springls__settled; true when it left a doubtful voxel. phi points into a tile. */
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i), best, size, m[5];
+        springls__vmask doubtful = springls__vec_abs(c) > 1.5f * far_value;
+        int k;
+        if (springls__vmask_any(doubtful)) {
+            best = springls__vec_load(phi + i - 1);
+            m[0] = springls__vec_load(phi + i + 1);
+            m[1] = springls__vec_load(phi + i - SPRINGLS__TILE);
+            m[2] = springls__vec_load(phi + i + SPRINGLS__TILE);
+            m[3] = springls__vec_load(phi + i - SPRINGLS__TILE * SPRINGLS__TILE);
+            m[4] = springls__vec_load(phi + i + SPRINGLS__TILE * SPRINGLS__TILE);
+            for (k = 0; k < 5; k++) best = springls__vec_select(springls__vec_abs(m[k]) < springls__vec_abs(best), m[k], best);
+            size = springls__vec_min(springls__vec_abs(best) + 1.0f, springls__vec_all(far_value));
+            size = springls__vec_select(best < 0.0f, -size, size);
+            c = springls__vec_select(doubtful & ~(springls__vec_abs(best) > 1.5f * far_value), size, c);
+        }
+        springls__vec_store(out + i, c);
+    }
+}
+
+#else
+
+SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i++) {
+        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
+        if (d2 >= sums->nearest2[i]) continue;
+        sums->nearest2[i] = d2;
+        sums->facing[0][i] = s->n.x;
+        sums->facing[1][i] = s->n.y;
+        sums->facing[2][i] = s->n.z;
+    }
+}
+
+SPRINGLS__FN void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)
+{
+    const springls__v3 *from[3];
+    int k;
+    from[0] = &m.offset;
+    from[1] = &m.normal;
+    from[2] = &m.moved;
+    for (k = 0; k < 3; k++) {
+        sums->sum[3 * k][i] = from[k]->x;
+        sums->sum[3 * k + 1][i] = from[k]->y;
+        sums->sum[3 * k + 2][i] = from[k]->z;
+    }
+    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;
+    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;
+}
+
+SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    int i;
+    for (i = row; i < row + 8; i++) {
+        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);
+        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
+        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), *s, at, facing));
+    }
+}
+
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value);
+}
+
+#endif
+
 /* ======== >>neighbors  (src/neighbors.h) ======================================================================= */
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
    closest edge of each, nearest first, ties by index. */
@@ -3900,16 +4201,19 @@ SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *jo
     return springls__sqrt(largest);
 }
 
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology)
+/* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
+   *moved: how far the fastest one goes. */
+SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology,
+                                              float most, float *moved)
 {
     springls__advect_job job;
-    float moved;
     int i, m, moving;
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
     job.stop_at_topology = stop_at_topology;
     springls__parallel(ctx, ctx->set.count, SPRINGLS__ADVECT_BLOCK, springls__advect_task, &job);
-    moved = springls__largest_displacement(&job, &moving);
-    if (moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
+    *moved = springls__largest_displacement(&job, &moving);
+    if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
+    if (most > 0.0f && *moved > most) return SPRINGLS_OK;
     for (i = 0; i < ctx->set.count; i++) {
         springls__springl *s = &ctx->set.s[i];
         const springls__v3 *d = job.displacement + (size_t)i * SPRINGLS__MOVERS;
@@ -3917,7 +4221,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
         springls__springl_finish(s);
     }
-    ctx->stats.moved = moved;
+    ctx->stats.moved = *moved;
     ctx->stats.moving = ctx->set.count ? (float)moving / (float)ctx->set.count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
@@ -3928,9 +4232,10 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
 {
     springls_status status;
     double started;
+    float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__advect(ctx, forces, time, dt, false);
+    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     return status;
 }
@@ -4325,7 +4630,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     for (i = 0; i < count && splits > 0; i++) {
         springls__tri t = springls__springl_tri(&set->s[i]), half;
         springls__springl child[2];
-        springls__v3 a[2];
+        springls__v3 a[2], moved = springls__sub(set->s[i].p, set->was[i]);
         int k;
         if (!springls__is_overgrown(&ctx->params, t)) continue;
         for (k = 0; k < 2; k++) {
@@ -4340,7 +4645,8 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
         springls__springl_finish(&set->s[i]);
         set->a[i] = a[0];
         set->generation[i]++;
-        springls__constellation_append(ctx, &child[1], a[1], set->generation[i], set->mask[i]);
+        set->was[i] = springls__sub(child[0].p, moved);
+        set->was[springls__constellation_append(ctx, &child[1], a[1], set->generation[i], set->mask[i])] = springls__sub(child[1].p, moved);
         ctx->stats.split++;
         splits--;
     }
@@ -4559,6 +4865,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
     SPRINGLS__TRY(springls__omega_build(ctx));
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__evolve_task, ctx);
     springls__commit_phi(ctx);
+    springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
 
@@ -4684,62 +4991,204 @@ SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
 }
 
 /* ======== >>project  (src/project.h) =========================================================================== */
-/* project.h - phi near the springls becomes their oriented distance: eq. 23 decides the side, the springls the value.
-   It takes the chord error of flat triangles and the lag of the moving front out of the level set. */
+/* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
+   of the moving front out of the level set. With params.predict phi is first carried along: the value at a voxel is that
+   of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
 
-SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
+/* Springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
+typedef struct springls__project_job {
+    springls_context *ctx;
+    springls__oriented *oriented;
+    int in_cells, count;
+    float most_moved; /* the longest way of any springl */
+    bool carry;
+} springls__project_job;
+
+SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
 {
-    const springls_context *ctx = (const springls_context *)arg;
-    const springls__grid *g = &ctx->grid;
-    const float width = 1.2f, reach = SPRINGLS__PROJECT_RADIUS; /* width: no voxel beyond it is next to the zero level */
-    float tile[SPRINGLS__TILE_VOXELS], weight[SPRINGLS__BRICK_VOXELS], value[SPRINGLS__BRICK_VOXELS];
-    springls__v3 direction[SPRINGLS__BRICK_VOXELS];
-    int x, y, z, v, o[3];
-    uint32_t k;
+    const springls__project_job *job = (const springls__project_job *)arg;
+    const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
-        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        springls__slot_origin(g, g->active[begin], o);
-        springls__load_tile(g, g->phi, g->active[begin], tile);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            springls__cross7 c = springls__tile_cross(tile + springls__tile_index(v & 7, v >> 3 & 7, v >> 6));
-            out[v] = c.c;
-            weight[v] = value[v] = 0.0f;
-            direction[v] = springls__fabs(c.c) < width
-                ? springls__normalize(springls__v3_make(c.xp - c.xm, c.yp - c.ym, c.zp - c.zm)) : springls__v3_make(0.0f, 0.0f, 0.0f);
-        }
-        for (k = ctx->cells.near_first[begin]; k < ctx->cells.near_first[begin + 1]; k++) {
-            const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
-            springls__v3 n = springls__springl_normal(s), p = s->p;
-            int lo[3], hi[3];
-            lo[0] = springls__imax((int)springls__floor(p.x - reach) + 1 - o[0], 0);
-            lo[1] = springls__imax((int)springls__floor(p.y - reach) + 1 - o[1], 0);
-            lo[2] = springls__imax((int)springls__floor(p.z - reach) + 1 - o[2], 0);
-            hi[0] = springls__imin((int)springls__floor(p.x + reach) - o[0], 7);
-            hi[1] = springls__imin((int)springls__floor(p.y + reach) - o[1], 7);
-            hi[2] = springls__imin((int)springls__floor(p.z + reach) - o[2], 7);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++) {
-                        springls__say say;
-                        v = x + 8 * y + 64 * z;
-                        say = springls__oriented_distance(springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z)),
-                                                          direction[v], p, n);
-                        weight[v] += say.weight;
-                        value[v] += say.value;
-                    }
-        }
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__corrected_phi(out[v], weight[v], value[v]);
+        uint32_t i = begin < job->in_cells ? ctx->cells.ids[begin] : ctx->cells.large[begin - job->in_cells];
+        springls__oriented *o = &job->oriented[begin];
+        o->p = ctx->set.s[i].p;
+        o->n = springls__springl_normal(&ctx->set.s[i]);
+        o->moved = springls__sub(o->p, ctx->set.was[i]);
     }
 }
 
-SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
+/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+enum { SPRINGLS__NEAR_RANGES = 6 * 6 * 3 + 1 };
+
+typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
+
+SPRINGLS__FN void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
 {
-    SPRINGLS__TRY(springls__near_build(ctx, SPRINGLS__PROJECT_RADIUS)); /* the band has moved: lists follow its bricks */
-    springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
+    if (first == end) return;
+    near_by->first[near_by->count] = first;
+    near_by->end[near_by->count++] = end;
+}
+
+SPRINGLS__FN springls__near_ranges springls__near_brick(const springls__project_job *job, const int origin[3])
+{
+    const springls__grid *g = &job->ctx->grid;
+    springls__near_ranges near_by;
+    int x, y, z;
+    near_by.count = 0;
+    for (z = -SPRINGLS__CELL; z < 8 + SPRINGLS__CELL; z += SPRINGLS__CELL)
+        for (y = -SPRINGLS__CELL; y < 8 + SPRINGLS__CELL; y += SPRINGLS__CELL)
+            for (x = -8; x <= 8; x += 8) {
+                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
+                const uint32_t *cell;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
+                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
+                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
+                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+            }
+    springls__near_ranges_add(&near_by, job->in_cells, job->count);
+    return near_by;
+}
+
+/* The first and the last of a brick's voxels, along one axis, within reach of x. */
+SPRINGLS__FN int springls__first_near(float x) { return springls__imax((int)springls__floor(x - SPRINGLS__PROJECT_RADIUS) + 1, 0); }
+SPRINGLS__FN int springls__last_near(float x) { return springls__imin((int)springls__floor(x + SPRINGLS__PROJECT_RADIUS), 7); }
+
+typedef void (*springls__row_fn)(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row);
+
+/* Runs over the rows of a brick that a springl reaches. */
+SPRINGLS__FN void springls__reached_rows(const springls__oriented *s, const int origin[3], springls__row_fn run, springls__brick_sums *sums)
+{
+    springls__v3 p = springls__v3_make(s->p.x - (float)origin[0], s->p.y - (float)origin[1], s->p.z - (float)origin[2]), offset;
+    int y0 = springls__first_near(p.y), y1 = springls__last_near(p.y), z0 = springls__first_near(p.z), z1 = springls__last_near(p.z), y, z;
+    if (springls__first_near(p.x) > springls__last_near(p.x)) return;
+    offset.x = -p.x;
+    for (z = z0; z <= z1; z++)
+        for (y = y0; y <= y1; y++) {
+            offset.y = (float)y - p.y;
+            offset.z = (float)z - p.z;
+            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            run(s, offset, sums, 8 * y + 64 * z);
+        }
+}
+
+/* The nearest springl of every voxel, then the sums over those that face the same way. False when there is none near. */
+SPRINGLS__FN bool springls__brick_sums_take(const springls__project_job *job, const int origin[3], springls__brick_sums *sums)
+{
+    springls__near_ranges near_by = springls__near_brick(job, origin);
+    int r, k, v;
+    if (near_by.count == 0) return false;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    memset(sums->facing, 0, sizeof sums->facing);
+    memset(sums->sum, 0, sizeof sums->sum);
+    for (r = 0; r < near_by.count; r++)
+        for (k = near_by.first[r]; k < near_by.end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__nearest_row, sums);
+    for (r = 0; r < near_by.count; r++)
+        for (k = near_by.first[r]; k < near_by.end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
+    return true;
+}
+
+SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
+{
+    const springls__project_job *job = (const springls__project_job *)arg;
+    const springls_context *ctx = job->ctx;
+    const springls__grid *g = &ctx->grid;
+    springls__brick_sums sums;
+    springls__wide_tile tile;
+    int v, o[3];
+    for (; begin < end; begin++) {
+        const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        bool some;
+        springls__slot_origin(g, g->active[begin], o);
+        some = springls__brick_sums_take(job, o, &sums);
+        if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            springls__moments sum;
+            float here = phi[v];
+            if (some) sum = springls__moments_load(&sums, v);
+            if (some && springls__moments_heard(sum)) {
+                if (job->carry) {
+                    springls__v3 from = springls__mad(springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6)), sum.moved, -1.0f / sum.weight);
+                    here = springls__wide_tile_sample(&tile, from);
+                }
+                if (ctx->params.project_level_set) here = springls__moments_distance(sum, here);
+            } else if (job->carry && springls__fabs(here) < job->most_moved) {
+                here = springls__doubtful(here, g->far_value);
+            }
+            out[v] = here;
+        }
+    }
+}
+
+/* phi_next to omega, or back: doubtful voxels ask their neighbours. */
+typedef struct springls__settle_job { const springls__grid *g; const float *from; float *to; bool last; } springls__settle_job;
+
+SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
+{
+    const springls__settle_job *job = (const springls__settle_job *)arg;
+    const springls__grid *g = job->g;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int y, z, v;
+    for (; begin < end; begin++) {
+        float *out = job->to + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        springls__load_tile(g, job->from, g->active[begin], tile);
+        for (z = 0; z < 8; z++)
+            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+        if (!job->last) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
+    }
+}
+
+/* The flood needs a third field: omega lends its memory, which is taken afresh when it is next asked for. */
+SPRINGLS__FN void springls__settle(springls_context *ctx)
+{
+    const int voxels = 3; /* from what a springl reaches to what it may have passed */
+    springls__grid *g = &ctx->grid;
+    springls__settle_job job;
+    int i;
+    springls__fill(g->omega, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(g->omega, SPRINGLS__INSIDE, -g->far_value);
+    for (i = 0; i < voxels; i++) {
+        job.g = g;
+        job.from = g->phi_next;
+        job.to = g->omega;
+        job.last = i == voxels - 1;
+        springls__parallel(ctx, g->active_count, 8, springls__settle_task, &job);
+        springls__swap_fields(&g->phi_next, &g->next_memory, &g->omega, &g->omega_memory);
+    }
+    springls__fill(g->omega, SPRINGLS__OUTSIDE, ctx->params.capture);
+    springls__fill(g->omega, SPRINGLS__INSIDE, ctx->params.capture);
+    ctx->omega_fresh = false;
+}
+
+SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
+{
+    springls__project_job job;
+    int i;
+    SPRINGLS__TRY(springls__cells_cover(ctx, SPRINGLS__PROJECT_RADIUS));
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof *job.oriented, (void **)&job.oriented));
+    job.ctx = ctx;
+    job.count = ctx->set.count;
+    job.in_cells = job.count - ctx->cells.large_count;
+    job.carry = carry;
+    springls__parallel(ctx, job.count, 256, springls__oriented_task, &job);
+    job.most_moved = 0.0f;
+    for (i = 0; i < job.count; i++) job.most_moved = springls__max(job.most_moved, springls__length2(job.oriented[i].moved));
+    job.most_moved = springls__sqrt(job.most_moved);
+    springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, &job);
+    if (carry) {
+        springls__settle(ctx);
+        springls__phi_in_step(ctx);
+    }
     springls__commit_phi(ctx);
     springls__redistance_sweeps(ctx, 2);
-    return SPRINGLS_OK;
+    return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }
+
+SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
+SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
 
 /* ======== >>fill_gaps  (src/fill_gaps.h) ======================================================================= */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
@@ -5206,6 +5655,7 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
         const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
     }
+    springls__phi_in_step(ctx);
     return springls__rebuild(ctx);
 }
 
@@ -5227,8 +5677,9 @@ SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
 SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 {
     int z;
+    if (ctx->params.predict) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
     for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->params.project_level_set) return SPRINGLS_OK;
+    if (!ctx->params.project_level_set || (ctx->params.predict && ctx->params.evolve_iterations == 0)) return SPRINGLS_OK;
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
 }
 
@@ -5264,15 +5715,22 @@ SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool 
     return springls_resample(ctx);
 }
 
-SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float dt)
+/* One step of at most *dt, in which no particle goes further than `most` voxels (0: any way); *dt becomes the time that has
+   passed. A force may be stronger during the step than at its start: then a shorter one is tried. */
+SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float most, float *dt, float *moved)
 {
-    springls_status status;
+    springls_status status = SPRINGLS_OK;
     double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    int tries;
     if (step->mode == SPRINGLS_FLUID) springls__sample_phi(ctx);
-    status = springls__advect(ctx, step->forces, (float)ctx->time, dt, step->stop_at_topology);
+    for (tries = 0; tries < 40; tries++) {
+        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
+        if (status != SPRINGLS_OK || most == 0.0f || *moved <= most) break;
+        *dt *= springls__max(0.95f * most / *moved, 0.1f);
+    }
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
-    ctx->time += (double)dt;
+    ctx->time += (double)*dt;
     ctx->iteration++;
     ctx->stats.steps++;
     if (step->mode == SPRINGLS_FLUID) return springls__fluid_step(ctx, step->one_to_one);
@@ -5280,27 +5738,43 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     return SPRINGLS_OK;
 }
 
+/* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
+SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
+{
+    const float most = step->max_displacement * 1.0001f, growth = 1.5f;
+    const double end = ctx->time + (double)step->dt;
+    float left = step->dt, moved;
+    while (left > 1e-6f * step->dt) {
+        float parts = springls__floor(left / dt * 0.9999f) + 1.0f, taken = left / parts;
+        SPRINGLS__TRY(springls__substep(ctx, step, most, &taken, &moved));
+        left = (float)(end - ctx->time);
+        dt = taken * springls__min(step->max_displacement / springls__max(moved, 1e-6f), growth);
+    }
+    ctx->time = end;
+    return SPRINGLS_OK;
+}
+
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {
-    const int most = 10000;
-    float speed, limit, substeps = 1.0f;
-    int i;
+    const float most = 10000.0f;
+    float speed, limit, dt, moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
-    if (step->dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, step->dt);
+    dt = step->dt;
+    if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
     limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
     SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
-    if (step->dt == 0.0f) /* section 4.8: dt = d_max / f_max */
-        return springls__substep(ctx, step, speed > 1e-6f ? limit / speed : 0.0f);
-    substeps = springls__floor(speed * step->dt / limit * 0.9999f) + 1.0f;
-    if (!(substeps <= (float)most))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", most);
-    for (i = 0; i < (int)substeps; i++) SPRINGLS__TRY(springls__substep(ctx, step, step->dt / substeps));
-    return SPRINGLS_OK;
+    if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        dt = speed > 1e-6f ? limit / speed : 0.0f;
+        return springls__substep(ctx, step, 0.0f, &dt, &moved);
+    }
+    if (!(speed * dt <= most * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %.0f sub-steps of max_displacement", (double)most);
+    return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
 }
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
@@ -7816,7 +8290,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 861 \"springls.h\"\n",
+    "#line 864 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7853,7 +8327,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 899 \"springls.h\"\n",
+    "#line 902 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7989,7 +8463,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1036 \"springls.h\"\n",
+    "#line 1039 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8056,7 +8530,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1104 \"springls.h\"\n",
+    "#line 1107 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8089,7 +8563,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1138 \"springls.h\"\n",
+    "#line 1141 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8187,7 +8661,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1237 \"springls.h\"\n",
+    "#line 1240 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8223,7 +8697,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1274 \"springls.h\"\n",
+    "#line 1277 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8255,7 +8729,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1307 \"springls.h\"\n",
+    "#line 1310 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8377,7 +8851,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1430 \"springls.h\"\n",
+    "#line 1433 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8385,7 +8859,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1439 \"springls.h\"\n",
+    "#line 1442 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -8438,7 +8912,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1493 \"springls.h\"\n",
+    "#line 1496 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8448,7 +8922,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1504 \"springls.h\"\n",
+    "#line 1507 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8481,7 +8955,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1538 \"springls.h\"\n",
+    "#line 1541 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8536,7 +9010,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1594 \"springls.h\"\n",
+    "#line 1597 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -8605,39 +9079,91 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1664 \"springls.h\"\n",
-    "/* project.h - the level set's value from oriented springls, to second order. */\n",
+    "#line 1667 \"springls.h\"\n",
+    "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
     "\n",
-    "/* One springl's say at a voxel: weight, and weight times the signed distance of the voxel to the circle arc through the\n",
-    "   particle with normal n that meets the voxel's own direction (exact on spheres and planes, where the plane of the\n",
-    "   springl alone is biased outwards). No say for springls that face elsewhere: the other sheet of a thin object. */\n",
-    "typedef struct springls__say { float weight, value; } springls__say;\n",
+    "/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step\n",
+    "   with it. */\n",
+    "typedef struct springls__oriented { springls__v3 p, n, moved; } springls__oriented;\n",
     "\n",
-    "SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
+    "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
+    "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
+    "\n",
+    "/* Squared distance of voxels in a row along x from what lies yz2 beside that row. */\n",
+    "SPRINGLS__MATHS float springls__row_distance2(float x, float yz2) { return x * x + yz2; }\n",
+    "\n",
+    "/* Falls smoothly to 0 at the radius. */\n",
+    "SPRINGLS__MATHS float springls__project_weight(float d2)\n",
     "{\n",
-    "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS, variance = 0.6f;\n",
-    "    springls__v3 d = springls__sub(x, p);\n",
-    "    float d2 = springls__length2(d), along = springls__dot(direction, n);\n",
-    "    springls__say say;\n",
-    "    say.weight = say.value = 0.0f;\n",
-    "    if (d2 >= radius2 || along <= 0.4f) return say;\n",
-    "    say.weight = springls__exp(-d2 / variance);\n",
-    "    say.value = say.weight * springls__dot(springls__add(direction, n), d) / (1.0f + along);\n",
-    "    return say;\n",
+    "    float t = springls__max(1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS)), 0.0f);\n",
+    "    t = t * t;\n",
+    "    return t * t;\n",
     "}\n",
     "\n",
-    "/* The value to take: the springls' where it is close to the evolved one, which decides the side in doubt. */\n",
-    "SPRINGLS__MATHS float springls__corrected_phi(float phi, float weight, float value)\n",
+    "/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:\n",
+    "   then it is of another sheet. */\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)\n",
     "{\n",
-    "    float f = value / springls__max(weight, 1e-6f), change = springls__fabs(f - phi);\n",
+    "    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));\n",
+    "    if (springls__dot(facing, s.n) <= 0.4f) return sum;\n",
+    "    sum.weight += w;\n",
+    "    sum.height += w * (s.n.x * offset.x + (s.n.y * offset.y + s.n.z * offset.z));\n",
+    "    sum.offset = springls__mad(sum.offset, offset, w);\n",
+    "    sum.normal = springls__mad(sum.normal, s.n, w);\n",
+    "    sum.moved = springls__mad(sum.moved, s.moved, w);\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* True where springls are near enough for the sums to say something. */\n",
+    "SPRINGLS__MATHS int springls__moments_heard(springls__moments sum) { return sum.weight > 1e-3f; }\n",
+    "\n",
+    "/* The signed distance that the sums tell, where they are sure enough, else phi. One springl means the circle arc through its\n",
+    "   particle p with normal n that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and\n",
+    "   planes, where the plane of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first\n",
+    "   order about 1, so that sums do. The further the springls lie to one side of the voxel, the less they know of the surface's\n",
+    "   bend in between, and the nearer to phi, which decides the side in doubt, their answer must be. */\n",
+    "SPRINGLS__MATHS float springls__moments_distance(springls__moments sum, float phi)\n",
+    "{\n",
+    "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
+    "    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);\n",
+    "    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);\n",
+    "    float f = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);\n",
+    "    float change = springls__fabs(f - phi), trust = 0.5f - aside2;\n",
     "    int same_side = (f < 0.0f) == (phi < 0.0f);\n",
-    "    if (weight < 1e-3f) return phi;\n",
-    "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
+    "    return change < trust || (same_side && change < 1.5f * trust) ? f : phi;\n",
     "}\n",
-    "#line 1697 \"springls.h\"\n",
+    "\n",
+    "/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with\n",
+    "   its old value in it. */\n",
+    "SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }\n",
+    "\n",
+    "/* The old value again, where nobody could help. */\n",
+    "SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)\n",
+    "{\n",
+    "    if (!springls__is_doubtful(phi, far_value)) return phi;\n",
+    "    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;\n",
+    "}\n",
+    "\n",
+    "/* A doubtful voxel takes the side of its neighbour nearest to the surface, if that one knows. */\n",
+    "SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)\n",
+    "{\n",
+    "    float best = v.xm, d;\n",
+    "    if (!springls__is_doubtful(v.c, far_value)) return v.c;\n",
+    "    best = springls__fabs(v.xp) < springls__fabs(best) ? v.xp : best;\n",
+    "    best = springls__fabs(v.ym) < springls__fabs(best) ? v.ym : best;\n",
+    "    best = springls__fabs(v.yp) < springls__fabs(best) ? v.yp : best;\n",
+    "    best = springls__fabs(v.zm) < springls__fabs(best) ? v.zm : best;\n",
+    "    best = springls__fabs(v.zp) < springls__fabs(best) ? v.zp : best;\n",
+    "    if (springls__is_doubtful(best, far_value)) return v.c;\n",
+    "    d = springls__min(springls__fabs(best) + 1.0f, far_value);\n",
+    "    return best < 0.0f ? -d : d;\n",
+    "}\n",
+    "#line 1752 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8777,7 +9303,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1838 \"springls.h\"\n",
+    "#line 1893 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

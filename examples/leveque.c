@@ -6,6 +6,7 @@
 #include "common/benchmark.h"
 
 #include <math.h>
+#include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
@@ -61,10 +62,11 @@ int main(int argc, char **argv)
     springls_sphere sphere = {{0.35f * n, 0.35f * n, 0.35f * n}, 0.15f * n};
     springls_deformation_flow flow = {n, (float)period};
     const double radius = 0.15 * grid;
+    const bool papers = strcmp(options.common.params, "paper") == 0;
     const struct benchmark benchmark = {.name = "leveque",
                                         .title = "LeVeque's test",
                                         .grid = grid,
-                                        .steps = options.steps > 0 ? options.steps : (int)fmax(1.0, floor(period * grid / 0.64 + 0.5)),
+                                        .steps = options.steps > 0 ? options.steps : papers ? (int)fmax(1.0, floor(period * grid / 0.64 + 0.5)) : 0,
                                         .period = period,
                                         .duration = period,
                                         .reverses = true,

@@ -38,27 +38,20 @@ SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, s
 /* True where springls are near enough for the sums to say something. */
 SPRINGLS__MATHS int springls__moments_heard(springls__moments sum) { return sum.weight > 1e-3f; }
 
-/* The signed distance that the sums tell. One springl means the circle arc through its particle p with normal n that meets
-   the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl
-   alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. */
-SPRINGLS__MATHS float springls__moments_distance(springls__moments sum)
+/* The signed distance that the sums tell, where they are sure enough, else phi. One springl means the circle arc through its
+   particle p with normal n that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and
+   planes, where the plane of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first
+   order about 1, so that sums do. The further the springls lie to one side of the voxel, the less they know of the surface's
+   bend in between, and the nearer to phi, which decides the side in doubt, their answer must be. */
+SPRINGLS__MATHS float springls__moments_distance(springls__moments sum, float phi)
 {
-    float agreement = springls__length(sum.normal) / sum.weight;
-    springls__v3 g = springls__normalize(sum.normal);
-    return 0.5f * (springls__dot(g, sum.offset) + sum.height) / sum.weight * (1.0f + 0.5f * (1.0f - agreement));
-}
-
-/* The value to take: the springls' where it is close to the level set's own, which decides the side in doubt. */
-SPRINGLS__MATHS float springls__corrected_phi(float phi, float f, springls__moments sum)
-{
-    float change = springls__fabs(f - phi);
+    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
+    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);
+    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);
+    float f = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
+    float change = springls__fabs(f - phi), trust = 0.5f - aside2;
     int same_side = (f < 0.0f) == (phi < 0.0f);
-    springls__v3 g = springls__normalize(sum.normal), o = springls__scale(sum.offset, 1.0f / sum.weight);
-    float T = springls__length(springls__sub(o, springls__scale(g, springls__dot(o, g))));
-    static float wmin=-1, tk, tol; if (wmin<0) { wmin=getenv("WMIN")?atof(getenv("WMIN")):0.001; tk=getenv("TK")?atof(getenv("TK")):0;tol=getenv("TOL")?atof(getenv("TOL")):.5;  }
-    if (sum.weight < wmin) return phi;
-    float tl = tol - tk*T*T;
-    return change < tl || (same_side && change < 1.5*tl) ? f : phi;
+    return change < trust || (same_side && change < 1.5f * trust) ? f : phi;
 }
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with

@@ -226,16 +226,19 @@ SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *jo
     return springls__sqrt(largest);
 }
 
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology)
+/* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
+   *moved: how far the fastest one goes. */
+SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology,
+                                              float most, float *moved)
 {
     springls__advect_job job;
-    float moved;
     int i, m, moving;
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
     job.stop_at_topology = stop_at_topology;
     springls__parallel(ctx, ctx->set.count, SPRINGLS__ADVECT_BLOCK, springls__advect_task, &job);
-    moved = springls__largest_displacement(&job, &moving);
-    if (moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
+    *moved = springls__largest_displacement(&job, &moving);
+    if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
+    if (most > 0.0f && *moved > most) return SPRINGLS_OK;
     for (i = 0; i < ctx->set.count; i++) {
         springls__springl *s = &ctx->set.s[i];
         const springls__v3 *d = job.displacement + (size_t)i * SPRINGLS__MOVERS;
@@ -243,7 +246,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
         springls__springl_finish(s);
     }
-    ctx->stats.moved = moved;
+    ctx->stats.moved = *moved;
     ctx->stats.moving = ctx->set.count ? (float)moving / (float)ctx->set.count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
@@ -254,9 +257,10 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
 {
     springls_status status;
     double started;
+    float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__advect(ctx, forces, time, dt, false);
+    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     return status;
 }

@@ -359,7 +359,8 @@ typedef struct springls_step_desc {
     const springls_forces *forces;
     springls_mode mode;
     float dt;               /* time to advance; 0: one step in which the fastest particle moves max_displacement */
-    float max_displacement; /* voxels; a longer dt is cut into equal sub-steps; 0: never cut (d_max when dt is 0) */
+    float max_displacement; /* voxels; dt is cut into sub-steps in which no particle goes further, adapted to the
+                               force as it changes; 0: never cut (d_max when dt is 0)                           */
     bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
     bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
     bool stop_at_rest;      /* springls_run ends, with OK, after a step in which at most one springl in a thousand

@@ -86,6 +86,13 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
     return count - n;
 }
 
+/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->set.count; i++) ctx->set.was[i] = ctx->set.s[i].p;
+}
+
 /* To be called after anything that moves springls. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {

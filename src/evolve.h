@@ -41,6 +41,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
     SPRINGLS__TRY(springls__omega_build(ctx));
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__evolve_task, ctx);
     springls__commit_phi(ctx);
+    springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
 

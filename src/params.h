@@ -54,7 +54,9 @@ SPRINGLS_API springls_params springls_paper_params(void)
 SPRINGLS_API springls_params springls_default_params(void)
 {
     springls_params p = springls_paper_params();
-    p.relax_iterations = 2;
+    p.relax_iterations = 1;
+    p.relax_step_length = 0.2f;
+    p.relax_step_rotation = 0.2f;
     p.kappa_int = 1.0f;
     p.min_area = 0.05f;
     p.reshape = 1;
@@ -63,7 +65,8 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.split_edge = 2.0f;
     p.split_area = 4.0f;
     p.placement = SPRINGLS_PLACE_QUADRATIC;
-    p.evolve_iterations = 3;
+    p.evolve_iterations = 0;
+    p.predict = 1;
     p.project_level_set = 1;
     p.initial_stride = 1;
     return p;

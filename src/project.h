@@ -119,7 +119,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
                     springls__v3 from = springls__mad(springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6)), sum.moved, -1.0f / sum.weight);
                     here = springls__wide_tile_sample(&tile, from);
                 }
-                if (ctx->params.project_level_set) here = springls__corrected_phi(here, springls__moments_distance(sum), sum);
+                if (ctx->params.project_level_set) here = springls__moments_distance(sum, here);
             } else if (job->carry && springls__fabs(here) < job->most_moved) {
                 here = springls__doubtful(here, g->far_value);
             }
@@ -187,7 +187,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, &job);
     if (carry) {
         springls__settle(ctx);
-        for (i = 0; i < ctx->set.count; i++) ctx->set.was[i] = ctx->set.s[i].p;
+        springls__phi_in_step(ctx);
     }
     springls__commit_phi(ctx);
     springls__redistance_sweeps(ctx, 2);

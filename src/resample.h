@@ -36,7 +36,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     for (i = 0; i < count && splits > 0; i++) {
         springls__tri t = springls__springl_tri(&set->s[i]), half;
         springls__springl child[2];
-        springls__v3 a[2];
+        springls__v3 a[2], moved = springls__sub(set->s[i].p, set->was[i]);
         int k;
         if (!springls__is_overgrown(&ctx->params, t)) continue;
         for (k = 0; k < 2; k++) {
@@ -51,7 +51,8 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
         springls__springl_finish(&set->s[i]);
         set->a[i] = a[0];
         set->generation[i]++;
-        springls__constellation_append(ctx, &child[1], a[1], set->generation[i], set->mask[i]);
+        set->was[i] = springls__sub(child[0].p, moved);
+        set->was[springls__constellation_append(ctx, &child[1], a[1], set->generation[i], set->mask[i])] = springls__sub(child[1].p, moved);
         ctx->stats.split++;
         splits--;
     }

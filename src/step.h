@@ -48,15 +48,22 @@ SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool 
     return springls_resample(ctx);
 }
 
-SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float dt)
+/* One step of at most *dt, in which no particle goes further than `most` voxels (0: any way); *dt becomes the time that has
+   passed. A force may be stronger during the step than at its start: then a shorter one is tried. */
+SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float most, float *dt, float *moved)
 {
-    springls_status status;
+    springls_status status = SPRINGLS_OK;
     double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    int tries;
     if (step->mode == SPRINGLS_FLUID) springls__sample_phi(ctx);
-    status = springls__advect(ctx, step->forces, (float)ctx->time, dt, step->stop_at_topology);
+    for (tries = 0; tries < 40; tries++) {
+        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
+        if (status != SPRINGLS_OK || most == 0.0f || *moved <= most) break;
+        *dt *= springls__max(0.95f * most / *moved, 0.1f);
+    }
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
-    ctx->time += (double)dt;
+    ctx->time += (double)*dt;
     ctx->iteration++;
     ctx->stats.steps++;
     if (step->mode == SPRINGLS_FLUID) return springls__fluid_step(ctx, step->one_to_one);
@@ -64,27 +71,43 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     return SPRINGLS_OK;
 }
 
+/* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
+SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
+{
+    const float most = step->max_displacement * 1.0001f, growth = 1.5f;
+    const double end = ctx->time + (double)step->dt;
+    float left = step->dt, moved;
+    while (left > 1e-6f * step->dt) {
+        float parts = springls__floor(left / dt * 0.9999f) + 1.0f, taken = left / parts;
+        SPRINGLS__TRY(springls__substep(ctx, step, most, &taken, &moved));
+        left = (float)(end - ctx->time);
+        dt = taken * springls__min(step->max_displacement / springls__max(moved, 1e-6f), growth);
+    }
+    ctx->time = end;
+    return SPRINGLS_OK;
+}
+
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {
-    const int most = 10000;
-    float speed, limit, substeps = 1.0f;
-    int i;
+    const float most = 10000.0f;
+    float speed, limit, dt, moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
-    if (step->dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, step->dt);
+    dt = step->dt;
+    if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
     limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
     SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
-    if (step->dt == 0.0f) /* section 4.8: dt = d_max / f_max */
-        return springls__substep(ctx, step, speed > 1e-6f ? limit / speed : 0.0f);
-    substeps = springls__floor(speed * step->dt / limit * 0.9999f) + 1.0f;
-    if (!(substeps <= (float)most))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", most);
-    for (i = 0; i < (int)substeps; i++) SPRINGLS__TRY(springls__substep(ctx, step, step->dt / substeps));
-    return SPRINGLS_OK;
+    if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        dt = speed > 1e-6f ? limit / speed : 0.0f;
+        return springls__substep(ctx, step, 0.0f, &dt, &moved);
+    }
+    if (!(speed * dt <= most * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %.0f sub-steps of max_displacement", (double)most);
+    return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
 }
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)

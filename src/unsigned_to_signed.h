@@ -285,6 +285,7 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
         const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
     }
+    springls__phi_in_step(ctx);
     return springls__rebuild(ctx);
 }
 

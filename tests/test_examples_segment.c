@@ -349,6 +349,9 @@ TEST ids_ascend_while_springls_come_and_go(void)
     springls_step_desc step;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
+    springls_params params = springls_get_params(ctx);
+    params.split_edge = 1.4f; /* the usual set fills where the surface grows; here some are to be split as well */
+    ASSERT_EQ(SPRINGLS_OK, springls_set_params(ctx, &params));
     forces.pressure = outward;
     step.forces = &forces;
     step.dt = 0.8f;

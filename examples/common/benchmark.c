@@ -36,7 +36,7 @@ struct benchmark_options benchmark_defaults(void)
 void benchmark_option_table(struct benchmark_options *o, struct cli_option *table)
 {
     const struct cli_option all[BENCHMARK_OPTION_COUNT] = {
-        {"steps", CLI_INT, &o->steps, "K", "time steps (0: as many as the paper takes)", 0.0, 10000000.0, NULL},
+        {"steps", CLI_INT, &o->steps, "K", "time steps (0: as the paper, with --params paper; else two voxels a step at most)", 0.0, 10000000.0, NULL},
         {"set", CLI_STRING, &o->set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
         {"topology", CLI_CHOICE, &o->topology, NULL, "may the level set change its topology?", 0.0, 0.0, "free|preserved"},
         {"every-step", CLI_FLAG, &o->every_step, NULL, "count components and the Euler number after every step", 0.0, 0.0, NULL},
@@ -128,27 +128,34 @@ static bool report_step(struct run *run, int step, double seconds)
 }
 
 /* A picture is due at every (frames - 1)-th part of the run. */
-static bool report_frame(struct run *run, int step)
+static bool report_frame(struct run *run, double share)
 {
     const int wanted = run->options->frames, k = run->frames_taken;
     char caption[48];
-    if (!run->options->common.out || k >= wanted
-        || step < (int)lround((double)run->benchmark->steps * k / (wanted - 1))) {
+    const double due = (double)k / (wanted - 1), turns = run->benchmark->duration / run->benchmark->period;
+    if (!run->options->common.out || k >= wanted || share < due - 1e-9) {
         return true;
     }
-    const double share = (double)k / (wanted - 1), turns = run->benchmark->duration / run->benchmark->period;
     if (run->benchmark->reverses) {
-        snprintf(caption, sizeof caption, k == 0 ? "t = 0" : k == wanted - 1 ? "t = T" : "t = %.3g T", share * turns);
+        snprintf(caption, sizeof caption, k == 0 ? "t = 0" : k == wanted - 1 ? "t = T" : "t = %.3g T", due * turns);
     } else {
-        snprintf(caption, sizeof caption, "%.0f degrees", 360.0 * share * turns);
+        snprintf(caption, sizeof caption, "%.0f degrees", 360.0 * due * turns);
     }
     run->frames_taken++;
     return model_frame_take(run->ctx, caption, &run->frames[k]);
 }
 
+/* The run is done in this many calls: one a step, or parts of it in which the library chooses its steps. */
+static int calls_of(const struct benchmark *b)
+{
+    enum { PARTS = 24 };
+    return b->steps > 0 ? b->steps : PARTS;
+}
+
 static int take_steps(struct run *run)
 {
     const struct benchmark *b = run->benchmark;
+    const int calls = calls_of(b);
     springls_forces forces;
     springls_step_desc step;
     struct progress progress;
@@ -158,13 +165,14 @@ static int take_steps(struct run *run)
     forces.user = b->flow;
     memset(&step, 0, sizeof step);
     step.forces = &forces;
-    step.dt = (float)(b->duration / b->steps);
-    if (!report_frame(run, 0)) {
+    step.dt = (float)(b->duration / calls);
+    step.max_displacement = b->steps > 0 ? 0.0f : 2.0f;
+    if (!report_frame(run, 0.0)) {
         return fail(run, "picture");
     }
-    progress_begin(&progress, b->name, (size_t)b->steps, run->options->common.quiet);
-    for (int k = 1; k <= b->steps; ++k) {
-        springls_set_time(run->ctx, b->duration * (k - 1) / b->steps);
+    progress_begin(&progress, b->name, (size_t)calls, run->options->common.quiet);
+    for (int k = 1; k <= calls; ++k) {
+        springls_set_time(run->ctx, b->duration * (k - 1) / calls);
         const double started = elapsed_seconds();
         if (springls_step(run->ctx, &step) != SPRINGLS_OK) {
             progress_end(&progress);
@@ -173,18 +181,18 @@ static int take_steps(struct run *run)
         const double seconds = elapsed_seconds() - started;
         run->result.seconds_total += seconds;
         springls += springls_count(run->ctx);
-        if (k == b->steps / 2) {
-            run->result.halfway = benchmark_flow_error(b, b->duration * k / b->steps, springls_view_particles(run->ctx),
+        if (k == calls / 2) {
+            run->result.halfway = benchmark_flow_error(b, b->duration * k / calls, springls_view_particles(run->ctx),
                                                        springls_view_correspondences(run->ctx));
         }
-        if (!report_step(run, k, seconds) || !report_frame(run, k)) {
+        if (!report_step(run, k, seconds) || !report_frame(run, (double)k / calls)) {
             progress_end(&progress);
             return fail(run, "report");
         }
         progress_update(&progress, (size_t)k, NULL);
     }
     progress_end(&progress);
-    run->result.springls_mean = springls / b->steps;
+    run->result.springls_mean = springls / calls;
     return CLI_GO_ON;
 }
 
@@ -199,6 +207,7 @@ static int measure_end(struct run *run)
     r->springls_final = springls_count(run->ctx);
     r->state_hash = springls_state_hash(run->ctx);
     r->stats = springls_get_stats(run->ctx);
+    r->steps = r->stats.steps;
     r->model_bytes = springls_memory_used(run->ctx);
     memcpy(r->seconds_stage, r->stats.seconds, sizeof r->seconds_stage);
     if (springls_measure(run->ctx, &end) != SPRINGLS_OK || springls_extract_mesh(run->ctx, &mesh) != SPRINGLS_OK) {

@@ -22,7 +22,7 @@ struct benchmark_published {
 
 struct benchmark {
     const char *name, *title;
-    int grid, steps;
+    int grid, steps; /* 0 steps: as many as two voxels a step make */
     double period, duration; /* of the flow; of the whole run, in the flow's time */
     bool reverses;           /* time turns back at T/2; else the body goes round */
     springls_implicit_fn shape;
@@ -56,7 +56,7 @@ struct benchmark_error {
 };
 
 struct benchmark_result {
-    int springls_initial, springls_final, threads;
+    int steps, springls_initial, springls_final, threads;
     double springls_mean;
     struct benchmark_error deformation, tracking, halfway, surface;
     double volume_change_percent, volume_error_percent;

@@ -28,7 +28,6 @@ static void json_problem(struct json_writer *json, const struct benchmark *b, co
     json_integer(json, "grid", b->grid);
     json_number(json, "period", b->period);
     json_number(json, "duration", b->duration);
-    json_integer(json, "steps", b->steps);
     json_string(json, "params", o->common.params);
     json_string(json, "set", o->set ? o->set : "");
     json_string(json, "topology", o->topology);
@@ -75,6 +74,7 @@ bool benchmark_write_json(const struct benchmark *b, const struct benchmark_opti
     json_object_begin(&json, NULL);
     json_problem(&json, b, o);
     json_integer(&json, "threads", r->threads);
+    json_integer(&json, "steps", r->steps);
     json_integer(&json, "springls_initial", r->springls_initial);
     json_number(&json, "springls_mean", r->springls_mean);
     json_integer(&json, "springls_final", r->springls_final);
@@ -143,12 +143,12 @@ static void print_paper(const struct benchmark *b)
 void benchmark_print_table(const struct benchmark *b, const struct benchmark_options *o, const struct benchmark_result *r)
 {
     printf("%s, grid %d^3, %d steps, %s parameters%s%s, %d thread%s; errors in voxels, mean +- deviation\n", b->title, b->grid,
-           b->steps, o->common.params, o->set ? " with " : "", o->set ? o->set : "", r->threads, r->threads == 1 ? "" : "s");
+           r->steps, o->common.params, o->set ? " with " : "", o->set ? o->set : "", r->threads, r->threads == 1 ? "" : "s");
     printf(ROW, "", "springls", "deformation", "tracking", "at half time", "surface", "volume", "time");
     print_ours(b, r);
     print_paper(b);
     printf("  %d component%s, Euler number %d, %.1f steps a second, peak memory %.0f MiB\n", r->components,
-           r->components == 1 ? "" : "s", r->euler, r->seconds_total > 0.0 ? b->steps / r->seconds_total : 0.0,
+           r->components == 1 ? "" : "s", r->euler, r->seconds_total > 0.0 ? r->steps / r->seconds_total : 0.0,
            peak_rss_mib());
     if (o->every_step) {
         printf("  over all steps: %d to %d components, Euler number %d to %d\n", r->components_least, r->components_most,
