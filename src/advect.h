@@ -286,8 +286,8 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
 {
     const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
-    int i;
-    for (i = 0; i < count; i++) {
+    int i = springls__deformation_velocities(points, count, flow->grid_size, flow->period, time, out);
+    for (; i < count; i++) {
         springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
                                                         flow->grid_size, flow->period, time);
         out[3 * i] = u.x;

@@ -57,9 +57,12 @@ SPRINGLS__FN springls__near_ranges springls__near_brick(const springls__project_
     return near_by;
 }
 
-/* The first and the last of a brick's voxels, along one axis, within reach of x. */
-SPRINGLS__FN int springls__first_near(float x) { return springls__imax((int)springls__floor(x - SPRINGLS__PROJECT_RADIUS) + 1, 0); }
-SPRINGLS__FN int springls__last_near(float x) { return springls__imin((int)springls__floor(x + SPRINGLS__PROJECT_RADIUS), 7); }
+/* Does a place in a brick's own voxels come near one of them, along one axis? */
+SPRINGLS__FN bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
+
+/* The first and the last of them that it comes near. */
+SPRINGLS__FN int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+SPRINGLS__FN int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 typedef void (*springls__row_fn)(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row);
 
@@ -67,16 +70,21 @@ typedef void (*springls__row_fn)(const springls__oriented *s, springls__v3 offse
 SPRINGLS__FN void springls__reached_rows(const springls__oriented *s, const int origin[3], springls__row_fn run, springls__brick_sums *sums)
 {
     springls__v3 p = springls__v3_make(s->p.x - (float)origin[0], s->p.y - (float)origin[1], s->p.z - (float)origin[2]), offset;
-    int y0 = springls__first_near(p.y), y1 = springls__last_near(p.y), z0 = springls__first_near(p.z), z1 = springls__last_near(p.z), y, z;
-    if (springls__first_near(p.x) > springls__last_near(p.x)) return;
+    int y0, y1, z0, z1, y, z;
+    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
+    y0 = springls__first_near(p.y);
+    y1 = springls__last_near(p.y);
+    z0 = springls__first_near(p.z);
+    z1 = springls__last_near(p.z);
     offset.x = -p.x;
-    for (z = z0; z <= z1; z++)
+    for (z = z0; z <= z1; z++) {
+        offset.z = (float)z - p.z;
         for (y = y0; y <= y1; y++) {
             offset.y = (float)y - p.y;
-            offset.z = (float)z - p.z;
             if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
             run(s, offset, sums, 8 * y + 64 * z);
         }
+    }
 }
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. False when there is none near. */

@@ -39,6 +39,7 @@
 #include "lanes_project.h"
 #include "neighbors.h"
 #include "lanes_relax.h"
+#include "lanes_advect.h"
 
 /* the stages, as a step runs them */
 #include "transform.h"

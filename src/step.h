@@ -16,10 +16,12 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
 }
 
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->params.resample_period == 0; }
+
 /* Algorithm 2 after Advect. */
 SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
 {
-    bool last = ctx->params.resample_last != 0, resample = !one_to_one && ctx->iteration % ctx->params.resample_period == 0;
+    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration);
     SPRINGLS__TRY(springls_relax(ctx));
     if (resample && !last) {
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
@@ -55,7 +57,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     springls_status status = SPRINGLS_OK;
     double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
     int tries;
-    if (step->mode == SPRINGLS_FLUID) springls__sample_phi(ctx);
+    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && springls__resample_due(ctx, ctx->iteration + 1)) springls__sample_phi(ctx);
     for (tries = 0; tries < 40; tries++) {
         status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
         if (status != SPRINGLS_OK || most == 0.0f || *moved <= most) break;
