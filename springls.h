@@ -32,6 +32,7 @@
      >>lanes_project        src/lanes_project.h
      >>neighbors            src/neighbors.h
      >>lanes_relax          src/lanes_relax.h
+     >>lanes_advect         src/lanes_advect.h
      >>transform            src/transform.h
      >>advect               src/advect.h
      >>relax                src/relax.h
@@ -2489,6 +2490,15 @@ SPRINGLS__FN void springls__slot_origin(const springls__grid *g, int slot, int o
     origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
 }
 
+/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
+   (dx+1) + 3(dy+1) + 9(dz+1). */
+SPRINGLS__FN uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+{
+    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
+    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
+    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
+}
+
 /* Value at a voxel of the domain. */
 SPRINGLS__FN float springls__grid_voxel(const springls__grid *g, const float *field, int x, int y, int z)
 {
@@ -2823,31 +2833,17 @@ SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* The bricks that come within `margin` voxels of a particle, from lo to hi along each axis. */
-SPRINGLS__FN void springls__particle_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
-{
-    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
-}
-
-/* Every brick within `margin` of a particle becomes active. */
-SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx, float margin)
+/* Bricks under all particles. */
+SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
 {
     springls__grid *g = &ctx->grid;
-    int i, x, y, z, lo[3], hi[3], n = 0, *missing;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 8 * (size_t)ctx->set.count, sizeof(int), (void **)&missing));
+    int i, n = 0, *missing;
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof(int), (void **)&missing));
     for (i = 0; i < ctx->set.count; i++) {
-        springls__particle_bricks(g, ctx->set.s[i].p, margin, lo, hi);
-        for (z = lo[2]; z <= hi[2]; z++)
-            for (y = lo[1]; y <= hi[1]; y++)
-                for (x = lo[0]; x <= hi[0]; x++) {
-                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
-                    if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
-                }
+        springls__v3 p = ctx->set.s[i].p;
+        int brick = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+                                       springls__cell_coordinate(p.z, g->size[2]));
+        if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
     }
     return springls__grid_add_bricks(ctx, g, missing, n);
 }
@@ -2863,7 +2859,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     uint32_t running = 0;
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cells_cover(ctx, 0.0f));
+    SPRINGLS__TRY(springls__cells_cover(ctx));
     SPRINGLS__TRY(springls__grow(ctx, &cells->ids_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->large_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->key_memory, n + 1, sizeof(size_t), 0));
@@ -2899,6 +2895,45 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
         if (key[i] != SIZE_MAX) cells->ids[g->cell[key[i]]++] = (uint32_t)i;
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
+}
+
+/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */
+SPRINGLS__FN uint32_t springls__cells_reach(const uint32_t *cell)
+{
+    uint32_t reach = 0;
+    int y, z;
+    for (z = 0; z < 4; z++)
+        for (y = 0; y < 4; y++, cell += 4)
+            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+    return reach;
+}
+
+/* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
+SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
+{
+    springls__grid *g = &ctx->grid;
+    int i, d, n = 0, *missing;
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->cells.large_count), sizeof(int), (void **)&missing));
+    for (i = 0; i < g->active_count + ctx->cells.large_count; i++) {
+        uint32_t reach = ~0u;
+        int o[3];
+        if (i < g->active_count) {
+            springls__slot_origin(g, g->active[i], o);
+            reach = springls__cells_reach(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
+        } else {
+            springls__v3 p = ctx->set.s[ctx->cells.large[i - g->active_count]].p;
+            o[0] = springls__cell_coordinate(p.x, g->size[0]);
+            o[1] = springls__cell_coordinate(p.y, g->size[1]);
+            o[2] = springls__cell_coordinate(p.z, g->size[2]);
+        }
+        for (d = 0; d < 27 && reach; d++) {
+            int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);
+            if (!(reach >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
+            if (springls__slot_at(g, x, y, z) < SPRINGLS__FIRST_SLOT) missing[n++] = springls__brick_at(g, x, y, z);
+        }
+    }
+    return springls__grid_add_bricks(ctx, g, missing, n);
 }
 
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
@@ -3657,15 +3692,15 @@ enum { SPRINGLS__NEIGHBOR_ROW = 3 * SPRINGLS__MAX_NEIGHBORS };
 /* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
 SPRINGLS__FN int springls__insert_nearest(float *d2s, int *codes, int length, int room, float d2, int code)
 {
-    int i = length;
-    while (i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code))) i--;
-    if (i >= room) return length;
-    if (length < room) length++;
-    memmove(d2s + i + 1, d2s + i, (size_t)(length - 1 - i) * sizeof *d2s);
-    memmove(codes + i + 1, codes + i, (size_t)(length - 1 - i) * sizeof *codes);
+    int i = length < room ? length : room - 1;
+    if (length == room && (d2s[i] < d2 || (d2s[i] == d2 && codes[i] < code))) return length;
+    for (; i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code)); i--) {
+        d2s[i] = d2s[i - 1];
+        codes[i] = codes[i - 1];
+    }
     d2s[i] = d2;
     codes[i] = code;
-    return length;
+    return length < room ? length + 1 : room;
 }
 
 /* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
@@ -3691,6 +3726,9 @@ SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, i
         float within = radius + o->reach + self->reach;
         if (other == n) continue;
         if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
+        within = radius + o->reach;
+        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
+            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
         if (ctx->params.relax_same_side && springls__dot(normal, springls__springl_normal(o)) <= 0.0f) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
@@ -3910,6 +3948,45 @@ SPRINGLS__FN void springls__relax_range(springls__relax_rule rule, const springl
         next[begin].q[2] = t.c;
         springls__springl_finish(&next[begin]);
     }
+}
+
+#endif
+
+/* ======== >>lanes_advect  (src/lanes_advect.h) ================================================================= */
+/* lanes_advect.h - springls__deformation_velocity of kernels_embed/advect.h for a few points at a time. */
+
+#if SPRINGLS__LANES
+
+/* All points but the last few; returns how many. */
+SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
+{
+    float axis[3][SPRINGLS__LANES];
+    float s = n * springls__cospi(time / period);
+    int first, lane, k;
+    for (first = 0; first + SPRINGLS__LANES <= count; first += SPRINGLS__LANES) {
+        springls__vec x[3], once[3], twice[3];
+        for (lane = 0; lane < SPRINGLS__LANES; lane++)
+            for (k = 0; k < 3; k++) axis[k][lane] = points[3 * (first + lane) + k];
+        for (k = 0; k < 3; k++) {
+            x[k] = springls__vec_load(axis[k]) * (1.0f / n);
+            once[k] = springls__vec_sinpi(x[k]);
+            twice[k] = springls__vec_sinpi(2.0f * x[k]);
+        }
+        springls__vec_store(axis[0], 2.0f * once[0] * once[0] * twice[1] * twice[2] * s);
+        springls__vec_store(axis[1], -twice[0] * once[1] * once[1] * twice[2] * s);
+        springls__vec_store(axis[2], -twice[0] * twice[1] * once[2] * once[2] * s);
+        for (lane = 0; lane < SPRINGLS__LANES; lane++)
+            for (k = 0; k < 3; k++) out[3 * (first + lane) + k] = axis[k][lane];
+    }
+    return first;
+}
+
+#else
+
+SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
+{
+    (void)points, (void)count, (void)n, (void)period, (void)time, (void)out;
+    return 0;
 }
 
 #endif
@@ -4261,8 +4338,8 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
 {
     const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
-    int i;
-    for (i = 0; i < count; i++) {
+    int i = springls__deformation_velocities(points, count, flow->grid_size, flow->period, time, out);
+    for (; i < count; i++) {
         springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
                                                         flow->grid_size, flow->period, time);
         out[3 * i] = u.x;
@@ -4915,22 +4992,16 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Which of the 27 bricks around (and including) a brick the band reaches: bit (dx+1) + 3(dy+1) + 9(dz+1). */
+/* Which of the 27 bricks around (and including) a brick the band reaches. */
 SPRINGLS__FN uint32_t springls__band_reach(const float *phi, float half_width)
 {
     uint32_t reach = 0;
     int x, y, z;
     for (z = 0; z < 8; z++)
         for (y = 0; y < 8; y++) {
-            uint32_t row = 0, in_x;
+            uint32_t row = 0;
             for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (!row) continue;
-            in_x = 2u | (row & 1u) | (row >> 7) << 2;
-            reach |= in_x << 12;
-            if (y == 0) reach |= in_x << 9;
-            if (y == 7) reach |= in_x << 15;
-            if (z == 0) reach |= in_x << (y == 0 ? 0 : y == 7 ? 6 : 3) | in_x << 3;
-            if (z == 7) reach |= in_x << (y == 0 ? 18 : y == 7 ? 24 : 21) | in_x << 21;
+            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
         }
     return reach;
 }
@@ -5002,6 +5073,7 @@ typedef struct springls__project_job {
     int in_cells, count;
     float most_moved; /* the longest way of any springl */
     bool carry;
+    uint8_t *in_doubt; /* bricks with doubtful voxels */
 } springls__project_job;
 
 SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
@@ -5050,9 +5122,12 @@ SPRINGLS__FN springls__near_ranges springls__near_brick(const springls__project_
     return near_by;
 }
 
-/* The first and the last of a brick's voxels, along one axis, within reach of x. */
-SPRINGLS__FN int springls__first_near(float x) { return springls__imax((int)springls__floor(x - SPRINGLS__PROJECT_RADIUS) + 1, 0); }
-SPRINGLS__FN int springls__last_near(float x) { return springls__imin((int)springls__floor(x + SPRINGLS__PROJECT_RADIUS), 7); }
+/* Does a place in a brick's own voxels come near one of them, along one axis? */
+SPRINGLS__FN bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
+
+/* The first and the last of them that it comes near. */
+SPRINGLS__FN int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+SPRINGLS__FN int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 typedef void (*springls__row_fn)(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row);
 
@@ -5060,16 +5135,21 @@ typedef void (*springls__row_fn)(const springls__oriented *s, springls__v3 offse
 SPRINGLS__FN void springls__reached_rows(const springls__oriented *s, const int origin[3], springls__row_fn run, springls__brick_sums *sums)
 {
     springls__v3 p = springls__v3_make(s->p.x - (float)origin[0], s->p.y - (float)origin[1], s->p.z - (float)origin[2]), offset;
-    int y0 = springls__first_near(p.y), y1 = springls__last_near(p.y), z0 = springls__first_near(p.z), z1 = springls__last_near(p.z), y, z;
-    if (springls__first_near(p.x) > springls__last_near(p.x)) return;
+    int y0, y1, z0, z1, y, z;
+    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
+    y0 = springls__first_near(p.y);
+    y1 = springls__last_near(p.y);
+    z0 = springls__first_near(p.z);
+    z1 = springls__last_near(p.z);
     offset.x = -p.x;
-    for (z = z0; z <= z1; z++)
+    for (z = z0; z <= z1; z++) {
+        offset.z = (float)z - p.z;
         for (y = y0; y <= y1; y++) {
             offset.y = (float)y - p.y;
-            offset.z = (float)z - p.z;
             if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
             run(s, offset, sums, 8 * y + 64 * z);
         }
+    }
 }
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. False when there is none near. */
@@ -5100,6 +5180,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         bool some;
+        job->in_doubt[begin] = 0;
         springls__slot_origin(g, g->active[begin], o);
         some = springls__brick_sums_take(job, o, &sums);
         if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
@@ -5115,6 +5196,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
                 if (ctx->params.project_level_set) here = springls__moments_distance(sum, here);
             } else if (job->carry && springls__fabs(here) < job->most_moved) {
                 here = springls__doubtful(here, g->far_value);
+                job->in_doubt[begin] = 1;
             }
             out[v] = here;
         }
@@ -5122,7 +5204,13 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 }
 
 /* phi_next to omega, or back: doubtful voxels ask their neighbours. */
-typedef struct springls__settle_job { const springls__grid *g; const float *from; float *to; bool last; } springls__settle_job;
+typedef struct springls__settle_job {
+    const springls__grid *g;
+    const uint8_t *in_doubt;
+    const float *from;
+    float *to;
+    bool last;
+} springls__settle_job;
 
 SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 {
@@ -5132,6 +5220,10 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
     int y, z, v;
     for (; begin < end; begin++) {
         float *out = job->to + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        if (!job->in_doubt[begin]) {
+            memcpy(out, job->from + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof *out);
+            continue;
+        }
         springls__load_tile(g, job->from, g->active[begin], tile);
         for (z = 0; z < 8; z++)
             for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
@@ -5141,7 +5233,7 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 }
 
 /* The flood needs a third field: omega lends its memory, which is taken afresh when it is next asked for. */
-SPRINGLS__FN void springls__settle(springls_context *ctx)
+SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doubt)
 {
     const int voxels = 3; /* from what a springl reaches to what it may have passed */
     springls__grid *g = &ctx->grid;
@@ -5151,6 +5243,7 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
     springls__fill(g->omega, SPRINGLS__INSIDE, -g->far_value);
     for (i = 0; i < voxels; i++) {
         job.g = g;
+        job.in_doubt = in_doubt;
         job.from = g->phi_next;
         job.to = g->omega;
         job.last = i == voxels - 1;
@@ -5166,8 +5259,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
 {
     springls__project_job job;
     int i;
-    SPRINGLS__TRY(springls__cells_cover(ctx, SPRINGLS__PROJECT_RADIUS));
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cells_cover_around(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->grid.active_count, 1, (void **)&job.in_doubt));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof *job.oriented, (void **)&job.oriented));
     job.ctx = ctx;
     job.count = ctx->set.count;
@@ -5179,7 +5272,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     job.most_moved = springls__sqrt(job.most_moved);
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, &job);
     if (carry) {
-        springls__settle(ctx);
+        springls__settle(ctx, job.in_doubt);
         springls__phi_in_step(ctx);
     }
     springls__commit_phi(ctx);
@@ -5683,10 +5776,12 @@ SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
 }
 
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->params.resample_period == 0; }
+
 /* Algorithm 2 after Advect. */
 SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
 {
-    bool last = ctx->params.resample_last != 0, resample = !one_to_one && ctx->iteration % ctx->params.resample_period == 0;
+    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration);
     SPRINGLS__TRY(springls_relax(ctx));
     if (resample && !last) {
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
@@ -5722,7 +5817,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     springls_status status = SPRINGLS_OK;
     double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
     int tries;
-    if (step->mode == SPRINGLS_FLUID) springls__sample_phi(ctx);
+    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && springls__resample_due(ctx, ctx->iteration + 1)) springls__sample_phi(ctx);
     for (tries = 0; tries < 40; tries++) {
         status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
         if (status != SPRINGLS_OK || most == 0.0f || *moved <= most) break;
@@ -8290,7 +8385,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 864 \"springls.h\"\n",
+    "#line 865 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8327,7 +8422,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 902 \"springls.h\"\n",
+    "#line 903 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -8463,7 +8558,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1039 \"springls.h\"\n",
+    "#line 1040 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8530,7 +8625,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1107 \"springls.h\"\n",
+    "#line 1108 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8563,7 +8658,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1141 \"springls.h\"\n",
+    "#line 1142 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8661,7 +8756,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1240 \"springls.h\"\n",
+    "#line 1241 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8697,7 +8792,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1277 \"springls.h\"\n",
+    "#line 1278 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8729,7 +8824,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1310 \"springls.h\"\n",
+    "#line 1311 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8851,7 +8946,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1433 \"springls.h\"\n",
+    "#line 1434 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8859,7 +8954,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1442 \"springls.h\"\n",
+    "#line 1443 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -8912,7 +9007,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1496 \"springls.h\"\n",
+    "#line 1497 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8922,7 +9017,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1507 \"springls.h\"\n",
+    "#line 1508 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8955,7 +9050,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1541 \"springls.h\"\n",
+    "#line 1542 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9010,7 +9105,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1597 \"springls.h\"\n",
+    "#line 1598 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9079,7 +9174,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1667 \"springls.h\"\n",
+    "#line 1668 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9163,7 +9258,7 @@ static const char *const springls__kernel_lines[] = {
     "    d = springls__min(springls__fabs(best) + 1.0f, far_value);\n",
     "    return best < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1752 \"springls.h\"\n",
+    "#line 1753 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9303,7 +9398,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1893 \"springls.h\"\n",
+    "#line 1894 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

@@ -13,31 +13,17 @@ SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* The bricks that come within `margin` voxels of a particle, from lo to hi along each axis. */
-SPRINGLS__FN void springls__particle_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
-{
-    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
-}
-
-/* Every brick within `margin` of a particle becomes active. */
-SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx, float margin)
+/* Bricks under all particles. */
+SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
 {
     springls__grid *g = &ctx->grid;
-    int i, x, y, z, lo[3], hi[3], n = 0, *missing;
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 8 * (size_t)ctx->set.count, sizeof(int), (void **)&missing));
+    int i, n = 0, *missing;
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof(int), (void **)&missing));
     for (i = 0; i < ctx->set.count; i++) {
-        springls__particle_bricks(g, ctx->set.s[i].p, margin, lo, hi);
-        for (z = lo[2]; z <= hi[2]; z++)
-            for (y = lo[1]; y <= hi[1]; y++)
-                for (x = lo[0]; x <= hi[0]; x++) {
-                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
-                    if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
-                }
+        springls__v3 p = ctx->set.s[i].p;
+        int brick = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+                                       springls__cell_coordinate(p.z, g->size[2]));
+        if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
     }
     return springls__grid_add_bricks(ctx, g, missing, n);
 }
@@ -53,7 +39,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     uint32_t running = 0;
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cells_cover(ctx, 0.0f));
+    SPRINGLS__TRY(springls__cells_cover(ctx));
     SPRINGLS__TRY(springls__grow(ctx, &cells->ids_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->large_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->key_memory, n + 1, sizeof(size_t), 0));
@@ -89,6 +75,45 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
         if (key[i] != SIZE_MAX) cells->ids[g->cell[key[i]]++] = (uint32_t)i;
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
+}
+
+/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */
+SPRINGLS__FN uint32_t springls__cells_reach(const uint32_t *cell)
+{
+    uint32_t reach = 0;
+    int y, z;
+    for (z = 0; z < 4; z++)
+        for (y = 0; y < 4; y++, cell += 4)
+            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+    return reach;
+}
+
+/* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
+SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
+{
+    springls__grid *g = &ctx->grid;
+    int i, d, n = 0, *missing;
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->cells.large_count), sizeof(int), (void **)&missing));
+    for (i = 0; i < g->active_count + ctx->cells.large_count; i++) {
+        uint32_t reach = ~0u;
+        int o[3];
+        if (i < g->active_count) {
+            springls__slot_origin(g, g->active[i], o);
+            reach = springls__cells_reach(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
+        } else {
+            springls__v3 p = ctx->set.s[ctx->cells.large[i - g->active_count]].p;
+            o[0] = springls__cell_coordinate(p.x, g->size[0]);
+            o[1] = springls__cell_coordinate(p.y, g->size[1]);
+            o[2] = springls__cell_coordinate(p.z, g->size[2]);
+        }
+        for (d = 0; d < 27 && reach; d++) {
+            int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);
+            if (!(reach >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
+            if (springls__slot_at(g, x, y, z) < SPRINGLS__FIRST_SLOT) missing[n++] = springls__brick_at(g, x, y, z);
+        }
+    }
+    return springls__grid_add_bricks(ctx, g, missing, n);
 }
 
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */

@@ -24,6 +24,15 @@ SPRINGLS__FN void springls__slot_origin(const springls__grid *g, int slot, int o
     origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
 }
 
+/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
+   (dx+1) + 3(dy+1) + 9(dz+1). */
+SPRINGLS__FN uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+{
+    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
+    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
+    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
+}
+
 /* Value at a voxel of the domain. */
 SPRINGLS__FN float springls__grid_voxel(const springls__grid *g, const float *field, int x, int y, int z)
 {

@@ -6,15 +6,15 @@ enum { SPRINGLS__NEIGHBOR_ROW = 3 * SPRINGLS__MAX_NEIGHBORS };
 /* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
 SPRINGLS__FN int springls__insert_nearest(float *d2s, int *codes, int length, int room, float d2, int code)
 {
-    int i = length;
-    while (i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code))) i--;
-    if (i >= room) return length;
-    if (length < room) length++;
-    memmove(d2s + i + 1, d2s + i, (size_t)(length - 1 - i) * sizeof *d2s);
-    memmove(codes + i + 1, codes + i, (size_t)(length - 1 - i) * sizeof *codes);
+    int i = length < room ? length : room - 1;
+    if (length == room && (d2s[i] < d2 || (d2s[i] == d2 && codes[i] < code))) return length;
+    for (; i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code)); i--) {
+        d2s[i] = d2s[i - 1];
+        codes[i] = codes[i - 1];
+    }
     d2s[i] = d2;
     codes[i] = code;
-    return length;
+    return length < room ? length + 1 : room;
 }
 
 /* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
@@ -40,6 +40,9 @@ SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, i
         float within = radius + o->reach + self->reach;
         if (other == n) continue;
         if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
+        within = radius + o->reach;
+        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
+            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
         if (ctx->params.relax_same_side && springls__dot(normal, springls__springl_normal(o)) <= 0.0f) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)

@@ -9,6 +9,7 @@ typedef struct springls__project_job {
     int in_cells, count;
     float most_moved; /* the longest way of any springl */
     bool carry;
+    uint8_t *in_doubt; /* bricks with doubtful voxels */
 } springls__project_job;
 
 SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
@@ -115,6 +116,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         bool some;
+        job->in_doubt[begin] = 0;
         springls__slot_origin(g, g->active[begin], o);
         some = springls__brick_sums_take(job, o, &sums);
         if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
@@ -130,6 +132,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
                 if (ctx->params.project_level_set) here = springls__moments_distance(sum, here);
             } else if (job->carry && springls__fabs(here) < job->most_moved) {
                 here = springls__doubtful(here, g->far_value);
+                job->in_doubt[begin] = 1;
             }
             out[v] = here;
         }
@@ -137,7 +140,13 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 }
 
 /* phi_next to omega, or back: doubtful voxels ask their neighbours. */
-typedef struct springls__settle_job { const springls__grid *g; const float *from; float *to; bool last; } springls__settle_job;
+typedef struct springls__settle_job {
+    const springls__grid *g;
+    const uint8_t *in_doubt;
+    const float *from;
+    float *to;
+    bool last;
+} springls__settle_job;
 
 SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 {
@@ -147,6 +156,10 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
     int y, z, v;
     for (; begin < end; begin++) {
         float *out = job->to + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        if (!job->in_doubt[begin]) {
+            memcpy(out, job->from + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof *out);
+            continue;
+        }
         springls__load_tile(g, job->from, g->active[begin], tile);
         for (z = 0; z < 8; z++)
             for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
@@ -156,7 +169,7 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 }
 
 /* The flood needs a third field: omega lends its memory, which is taken afresh when it is next asked for. */
-SPRINGLS__FN void springls__settle(springls_context *ctx)
+SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doubt)
 {
     const int voxels = 3; /* from what a springl reaches to what it may have passed */
     springls__grid *g = &ctx->grid;
@@ -166,6 +179,7 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
     springls__fill(g->omega, SPRINGLS__INSIDE, -g->far_value);
     for (i = 0; i < voxels; i++) {
         job.g = g;
+        job.in_doubt = in_doubt;
         job.from = g->phi_next;
         job.to = g->omega;
         job.last = i == voxels - 1;
@@ -181,8 +195,8 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
 {
     springls__project_job job;
     int i;
-    SPRINGLS__TRY(springls__cells_cover(ctx, SPRINGLS__PROJECT_RADIUS));
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cells_cover_around(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->grid.active_count, 1, (void **)&job.in_doubt));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof *job.oriented, (void **)&job.oriented));
     job.ctx = ctx;
     job.count = ctx->set.count;
@@ -194,7 +208,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     job.most_moved = springls__sqrt(job.most_moved);
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, &job);
     if (carry) {
-        springls__settle(ctx);
+        springls__settle(ctx, job.in_doubt);
         springls__phi_in_step(ctx);
     }
     springls__commit_phi(ctx);

@@ -38,22 +38,16 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Which of the 27 bricks around (and including) a brick the band reaches: bit (dx+1) + 3(dy+1) + 9(dz+1). */
+/* Which of the 27 bricks around (and including) a brick the band reaches. */
 SPRINGLS__FN uint32_t springls__band_reach(const float *phi, float half_width)
 {
     uint32_t reach = 0;
     int x, y, z;
     for (z = 0; z < 8; z++)
         for (y = 0; y < 8; y++) {
-            uint32_t row = 0, in_x;
+            uint32_t row = 0;
             for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (!row) continue;
-            in_x = 2u | (row & 1u) | (row >> 7) << 2;
-            reach |= in_x << 12;
-            if (y == 0) reach |= in_x << 9;
-            if (y == 7) reach |= in_x << 15;
-            if (z == 0) reach |= in_x << (y == 0 ? 0 : y == 7 ? 6 : 3) | in_x << 3;
-            if (z == 7) reach |= in_x << (y == 0 ? 18 : y == 7 ? 24 : 21) | in_x << 21;
+            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
         }
     return reach;
 }
