@@ -19,6 +19,7 @@
      >>project              kernels_embed/project.h
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>winding              kernels_embed/winding.h
+     >>fan                  kernels_embed/fan.h
      >>internal             src/internal.h
      >>memory               src/memory.h
      >>stage                src/stage.h
@@ -42,6 +43,7 @@
      >>evolve               src/evolve.h
      >>rebuild              src/rebuild.h
      >>project              src/project.h
+     >>fill_from_springls   src/fill_from_springls.h
      >>fill_gaps            src/fill_gaps.h
      >>unsigned_to_signed   src/unsigned_to_signed.h
      >>step                 src/step.h
@@ -173,6 +175,7 @@
                 min_area             smaller triangles are bad                           0.05      0         voxel^2
                 reshape              1: a bad triangle is given a good shape; 0: removed 1         0
                 merge_distance       the younger of two nearer particles goes; 0: never  0.6       0         voxel
+                keep_thin            1: far springls of a thin sheet stay                1         0
      M          resample_period      steps from one resampling to the next               5         5
                 resample_last        see DATA FLOW                                       1         0
                 split_edge           split when the longest edge exceeds it              2         never (d) voxel
@@ -185,6 +188,8 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
+                nucleate             1: that makes voxels within a thin sheet inside     1         0
+                fill_from_springls   1: first fill holes among the springls              1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4
@@ -505,6 +510,7 @@ typedef struct springls_params {
     float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */
     int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */
     float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */
+    int keep_thin;           /* 1: keep far springls of a sheet too thin for phi; 0: the paper, remove them     */
 
     /* resample: section 4.6 */
     int resample_period;     /* M of Algorithm 2                                                                */
@@ -521,6 +527,8 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
+    int nucleate;            /* 1: and a voxel between the two sides of a thin sheet is inside; 0: phi alone says so */
+    int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -1270,6 +1278,22 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
+/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a
+   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */
+SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
+{
+    const float reach = 1.6f, aside = 1.0f;
+    float depth = -springls__dot(d, n), d2 = springls__length2(d);
+    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;
+}
+
+/* 1 when it is beside the springl, on the same side or round the sheet's rim. */
+SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
+{
+    const float reach = 1.5f;
+    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
+}
+
 /* ======== >>resample  (kernels_embed/resample.h) =============================================================== */
 /* resample.h - splitting at the longest edge (section 4.6). */
 
@@ -1320,6 +1344,13 @@ typedef struct springls__fit {
     int count;
 } springls__fit;
 
+/* A unit vector perpendicular to n. */
+SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
+{
+    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
+    return springls__normalize(springls__cross(n, axis));
+}
+
 SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
 {
     springls__fit fit;
@@ -1327,8 +1358,7 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
     fit.origin = origin;
     fit.n = n;
     fit.a0 = a0;
-    fit.e1 = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
-    fit.e1 = springls__normalize(springls__cross(n, fit.e1));
+    fit.e1 = springls__any_tangent(n);
     fit.e2 = springls__cross(n, fit.e1);
     fit.count = 0;
     for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;
@@ -1693,6 +1723,21 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, float weight, float val
     return change < 0.5f || (same_side && change < 0.75f) ? f : phi;
 }
 
+/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
+   not far aside. */
+SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+{
+    float h = springls__dot(d, n);
+    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
+}
+
+/* phi is a distance: it differs by no more than 1 between neighbours. What a voxel outside may have at most, its smallest
+   neighbour being inside at `inner`. */
+SPRINGLS__MATHS float springls__beside_inside(float phi, float inner)
+{
+    return phi >= 0.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;
+}
+
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
 /* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.
    Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same
@@ -1859,6 +1904,64 @@ SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
     float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
     float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
     return 2.0f * springls__atan2(volume, angle);
+}
+
+/* ======== >>fan  (kernels_embed/fan.h) ========================================================================= */
+/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
+   two of them opens, springls are missing or the surface ends. */
+
+#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */
+
+typedef struct springls__fan {
+    springls__v3 e1, e2;             /* the tangent frame */
+    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */
+    int count;
+} springls__fan;
+
+SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)
+{
+    springls__fan fan;
+    fan.e1 = springls__any_tangent(n);
+    fan.e2 = springls__cross(n, fan.e1);
+    fan.count = 0;
+    return fan;
+}
+
+/* Adds a neighbour at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)
+{
+    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;
+    angle = springls__atan2(v, u);
+    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
+    fan.angle[i] = angle;
+    fan.count++;
+    return fan;
+}
+
+/* The largest angle without a neighbour, and the direction that halves it. */
+typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;
+
+SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
+{
+    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    springls__opening opening;
+    float from = 0.0f, middle;
+    int i;
+    opening.angle = turn;
+    opening.middle = fan.e1;
+    if (fan.count == 0) return opening;
+    from = fan.angle[fan.count - 1];
+    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < fan.count; i++) {
+        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;
+        from = fan.angle[i - 1];
+        opening.angle = fan.angle[i] - from;
+    }
+    middle = (from + 0.5f * opening.angle) * over_pi;
+    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
+    return opening;
 }
 
 /* what a context holds */
@@ -2194,6 +2297,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.min_area = 0.0f;
     p.reshape = 0;
     p.merge_distance = 0.0f;
+    p.keep_thin = 0;
     p.resample_period = 5;
     p.resample_last = 0;
     p.split_edge = 1e6f;
@@ -2206,6 +2310,8 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.project_level_set = 0;
+    p.nucleate = 0;
+    p.fill_from_springls = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -2225,12 +2331,15 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
+    p.keep_thin = 1;
     p.resample_last = 1;
     p.split_edge = 2.0f;
     p.split_area = 4.0f;
     p.placement = SPRINGLS_PLACE_QUADRATIC;
     p.evolve_iterations = 3;
     p.project_level_set = 1;
+    p.nucleate = 1;
+    p.fill_from_springls = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -2259,6 +2368,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(max_angle, 60.0f, 180.0f);
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
+    SPRINGLS__IN(keep_thin, 0, 1);
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
@@ -2269,6 +2379,8 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
+    SPRINGLS__IN(nucleate, 0, 1);
+    SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);
@@ -2692,6 +2804,17 @@ SPRINGLS__FN int springls__cell_coordinate(float x, int size)
 SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
 {
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
+}
+
+/* The range of bricks within `margin` of p, as far as there are any. */
+SPRINGLS__FN void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
+{
+    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
 }
 
 /* Bricks under all particles. */
@@ -4084,6 +4207,30 @@ SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
     springls__parallel(ctx, ctx->set.count, 512, springls__sample_phi_task, ctx);
 }
 
+/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
+   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
+   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
+SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
+{
+    const float r = 1.6f, ahead = 1.5f;
+    const int enough = 3;
+    const springls__springl *s = &ctx->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk;
+    int other, beside = 0;
+    if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
+    walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r), springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
+        if (other == i || springls__length2(d) > r * r) continue;
+        m = springls__springl_normal(&ctx->set.s[other]);
+        if (springls__is_far_side(d, n, m)) return true;
+        beside += springls__is_beside(d, n, m);
+        if (beside >= enough && ctx->set.phi[i] > 0.0f) return true;
+    }
+    return false;
+}
+
 enum { SPRINGLS__REMOVE, SPRINGLS__KEEP, SPRINGLS__RESHAPE };
 
 typedef struct springls__contract_job {
@@ -4098,8 +4245,9 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
+        bool far = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
         job->keep[begin] = SPRINGLS__KEEP;
-        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = SPRINGLS__REMOVE;
+        if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }
@@ -4163,6 +4311,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     int i;
     if (ctx->set.count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->set.count, 1, (void **)&job.keep));
+    if (ctx->params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
     job.ctx = ctx;
     job.cos_min = springls__cospi(ctx->params.min_angle / 180.0f);
     job.cos_max = springls__cospi(ctx->params.max_angle / 180.0f);
@@ -4732,12 +4881,323 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
     }
 }
 
+/* ---- nucleation: a sheet thinner than a voxel slips between the voxels that phi knows to be inside. Its springls are
+   still there, and put such voxels back. ---- */
+
+/* phi at x when both sides of a thin sheet say that it lies between them: the nearest springl in front of it, seen straight
+   on, and an opposed one. 0 otherwise; the two sides of a gap between bodies both say outside. */
+SPRINGLS__FN float springls__nucleus(const springls_context *ctx, int brick, springls__v3 x)
+{
+    const float deepest = 0.8f, straight = 0.7f;
+    const springls__springl *s, *nearest = NULL;
+    springls__v3 n, toward;
+    float best = deepest * deepest, weight = 0.0f, value = 0.0f, f;
+    int opposed = 0;
+    uint32_t k, first = ctx->cells.near_first[brick], last = ctx->cells.near_first[brick + 1];
+    for (k = first; k < last; k++) {
+        float d2, within;
+        s = &ctx->set.s[ctx->cells.near_ids[k]];
+        within = deepest + s->reach;
+        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
+        d2 = springls__tri_closest(springls__springl_tri(s), x).d2;
+        if (d2 >= best) continue;
+        best = d2;
+        nearest = s;
+    }
+    if (!nearest) return 0.0f;
+    n = springls__springl_normal(nearest);
+    toward = springls__sub(springls__tri_closest(springls__springl_tri(nearest), x).point, x);
+    if (springls__dot(toward, n) <= straight * springls__length(toward)) return 0.0f;
+    for (k = first; k < last; k++) {
+        springls__v3 d, m;
+        springls__say say;
+        s = &ctx->set.s[ctx->cells.near_ids[k]];
+        d = springls__sub(x, s->p);
+        if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+        m = springls__springl_normal(s);
+        say = springls__oriented_distance(x, n, s->p, m);
+        weight += say.weight;
+        value += say.value;
+        if (springls__dot(n, m) < -0.5f) opposed |= springls__claims_inside(d, m, SPRINGLS__PROJECT_RADIUS, 0.6f);
+    }
+    f = value / springls__max(weight, 1e-6f);
+    return opposed && f < 0.0f && f > -deepest ? f : 0.0f;
+}
+
+/* Which voxels outside does any springl claim to be inside? Few: elsewhere phi and springls agree. */
+SPRINGLS__FN void springls__mark_claims(const springls_context *ctx, int brick, const int o[3], const float *phi, uint8_t *claimed)
+{
+    const float reach = 1.2f;
+    uint32_t k;
+    int x, y, z, a;
+    memset(claimed, 0, SPRINGLS__BRICK_VOXELS);
+    for (k = ctx->cells.near_first[brick]; k < ctx->cells.near_first[brick + 1]; k++) {
+        const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
+        springls__v3 n = springls__springl_normal(s), p = s->p;
+        int lo[3], hi[3];
+        lo[0] = (int)springls__floor(p.x - reach) + 1 - o[0];
+        lo[1] = (int)springls__floor(p.y - reach) + 1 - o[1];
+        lo[2] = (int)springls__floor(p.z - reach) + 1 - o[2];
+        hi[0] = (int)springls__floor(p.x + reach) - o[0];
+        hi[1] = (int)springls__floor(p.y + reach) - o[1];
+        hi[2] = (int)springls__floor(p.z + reach) - o[2];
+        for (a = 0; a < 3; a++) {
+            lo[a] = springls__imax(lo[a], 0);
+            hi[a] = springls__imin(hi[a], 7);
+        }
+        for (z = lo[2]; z <= hi[2]; z++)
+            for (y = lo[1]; y <= hi[1]; y++)
+                for (x = lo[0]; x <= hi[0]; x++) {
+                    int v = x + 8 * y + 64 * z;
+                    springls__v3 d = springls__v3_make((float)(o[0] + x) - p.x, (float)(o[1] + y) - p.y, (float)(o[2] + z) - p.z);
+                    if (phi[v] >= 0.0f && springls__claims_inside(d, n, 0.8f, 1.0f)) claimed[v] = 1;
+                }
+    }
+}
+
+SPRINGLS__FN void springls__nucleate_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const springls__grid *g = &ctx->grid;
+    uint8_t claimed[SPRINGLS__BRICK_VOXELS];
+    int v, o[3];
+    for (; begin < end; begin++) {
+        const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        springls__slot_origin(g, g->active[begin], o);
+        springls__mark_claims(ctx, begin, o, phi, claimed);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            float f = claimed[v] && springls__grid_contains(g, x, y, z)
+                    ? springls__nucleus(ctx, begin, springls__v3_make((float)x, (float)y, (float)z)) : 0.0f;
+            out[v] = f < 0.0f ? f : phi[v];
+        }
+    }
+}
+
+/* The voxels around a new one learn that the zero level is near, even where they were far from it. */
+SPRINGLS__FN void springls__around_nuclei_task(void *arg, int begin, int end)
+{
+    const springls__grid *g = &((const springls_context *)arg)->grid;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int v;
+    for (; begin < end; begin++) {
+        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        springls__load_tile(g, g->phi, g->active[begin], tile);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            springls__cross7 c = springls__tile_cross(tile + springls__tile_index(v & 7, v >> 3 & 7, v >> 6));
+            out[v] = springls__beside_inside(c.c, springls__min(springls__min(springls__min(c.xm, c.xp), springls__min(c.ym, c.yp)),
+                                                                springls__min(c.zm, c.zp)));
+        }
+    }
+}
+
+/* Bricks within two voxels of the particles: where phi has lost a sheet they may be missing, with all their neighbours. */
+SPRINGLS__FN springls_status springls__cover_springls(springls_context *ctx)
+{
+    const float margin = 2.0f;
+    springls__grid *g = &ctx->grid;
+    int i, pass, n = 0, *missing = NULL;
+    for (pass = 0; pass < 2; pass++) {
+        if (pass == 1 && n == 0) return SPRINGLS_OK;
+        if (pass == 1) SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)n, sizeof(int), (void **)&missing));
+        n = 0;
+        for (i = 0; i < ctx->set.count; i++) {
+            int lo[3], hi[3], x, y, z;
+            springls__box_bricks(g, ctx->set.s[i].p, margin, lo, hi);
+            for (z = lo[2]; z <= hi[2]; z++)
+                for (y = lo[1]; y <= hi[1]; y++)
+                    for (x = lo[0]; x <= hi[0]; x++) {
+                        int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
+                        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) continue;
+                        if (pass == 1) missing[n] = brick;
+                        n++;
+                    }
+        }
+    }
+    return springls__grid_add_bricks(ctx, g, missing, n);
+}
+
+/* After the springls near each brick have been found. */
+SPRINGLS__FN void springls__nucleate(springls_context *ctx)
+{
+    springls__parallel(ctx, ctx->grid.active_count, 4, springls__nucleate_task, ctx);
+    springls__commit_phi(ctx);
+    springls__parallel(ctx, ctx->grid.active_count, 8, springls__around_nuclei_task, ctx);
+    springls__swap_phi(&ctx->grid);
+}
+
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 {
+    if (ctx->params.nucleate) SPRINGLS__TRY(springls__cover_springls(ctx));
     SPRINGLS__TRY(springls__near_build(ctx, SPRINGLS__PROJECT_RADIUS)); /* the band has moved: lists follow its bricks */
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
     springls__commit_phi(ctx);
+    if (ctx->params.nucleate) springls__nucleate(ctx);
     springls__redistance_sweeps(ctx, 2);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>fill_from_springls  (src/fill_from_springls.h) ===================================================== */
+/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
+   comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
+
+/* A springl to be. */
+typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
+
+/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
+SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
+{
+    springls__fan fan = springls__fan_begin(n);
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
+    }
+    return springls__fan_opening(fan);
+}
+
+/* Two springls of one side this close would be one too many. */
+SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
+{
+    const float closest = 0.7f; /* beyond merge_distance */
+    return springls__length2(springls__sub(p, p_other)) < closest * closest && springls__dot(n, n_other) > 0.3f;
+}
+
+SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x, springls__v3 n)
+{
+    const float r = 0.7f;
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *o = &ctx->set.s[other];
+        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__too_close(x, n, o->p, springls__springl_normal(o))) return false;
+    }
+    return true;
+}
+
+/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
+SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls__v3 p, springls__v3 n)
+{
+    const float r = SPRINGLS__PROJECT_RADIUS;
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(p.x - r, p.y - r, p.z - r), springls__v3_make(p.x + r, p.y + r, p.z + r));
+    float weight = 0.0f, value = 0.0f;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *o = &ctx->set.s[other];
+        springls__say say = springls__oriented_distance(p, n, o->p, springls__springl_normal(o));
+        if (say.weight == 0.0f) continue;
+        weight += say.weight;
+        value += say.value * say.value / say.weight;
+    }
+    return weight > 0.0f ? value / weight : FLT_MAX;
+}
+
+/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
+   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
+SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, int i)
+{
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 150.0f * degree;
+    const float range = 1.3f, away = 0.9f, worst = 0.15f;
+    const springls__springl *s = &ctx->set.s[i];
+    springls__v3 n = springls__springl_normal(s), x;
+    springls__opening opening = springls__opening_at(ctx, s->p, n, range, 1.0f);
+    springls__fit_result fit;
+    springls__seed seed;
+    memset(&seed, 0, sizeof seed);
+    if (opening.angle <= widest) return seed;
+    x = springls__mad(s->p, opening.middle, away);
+    if (!springls__has_room(ctx, x, n)) return seed;
+    fit = springls__fit_at(ctx, x, n, ctx->set.a[i], ctx->set.count);
+    if (!fit.ok || !springls__has_room(ctx, fit.point, fit.normal)) return seed;
+    if (springls__opening_at(ctx, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(ctx, fit.point, fit.normal) > worst * worst) return seed;
+    seed.p = fit.point;
+    seed.n = fit.normal;
+    seed.toward = springls__sub(s->p, fit.point);
+    seed.a = springls__project_on_original(ctx, fit.a);
+    seed.ok = 1;
+    return seed;
+}
+
+typedef struct springls__seed_job { const springls_context *ctx; springls__seed *seeds; } springls__seed_job;
+
+SPRINGLS__FN void springls__seed_task(void *arg, int begin, int end)
+{
+    const springls__seed_job *job = (const springls__seed_job *)arg;
+    for (; begin < end; begin++) job->seeds[begin] = springls__seed_beside(job->ctx, begin);
+}
+
+/* The accepted seeds, chained by brick: last[brick] and before[seed] are seeds or -1. */
+typedef struct springls__accepted { const springls__seed *seeds; int *last, *before; } springls__accepted;
+
+SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
+{
+    const float r = 0.7f;
+    const springls__grid *g = &ctx->grid;
+    const springls__seed *seed = &accepted->seeds[i];
+    int lo[3], hi[3], x, y, z, other;
+    springls__box_bricks(g, seed->p, r, lo, hi);
+    for (z = lo[2]; z <= hi[2]; z++)
+        for (y = lo[1]; y <= hi[1]; y++)
+            for (x = lo[0]; x <= hi[0]; x++)
+                for (other = accepted->last[x + g->bricks[0] * (y + g->bricks[1] * z)]; other >= 0; other = accepted->before[other])
+                    if (springls__too_close(seed->p, seed->n, accepted->seeds[other].p, accepted->seeds[other].n)) return false;
+    return true;
+}
+
+SPRINGLS__FN void springls__plant(springls_context *ctx, const springls__seed *seed, uint32_t generation)
+{
+    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
+    springls__springl s;
+    springls__tri t = springls__equilateral(seed->p, seed->n, seed->toward, area);
+    s.q[0] = t.a;
+    s.q[1] = t.b;
+    s.q[2] = t.c;
+    s.p = seed->p;
+    springls__constellation_append(ctx, &s, seed->a, generation, 0);
+}
+
+/* Seeds are found for all springls at once, then accepted in springl order, none close to an accepted one. */
+SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->grid;
+    springls__seed_job job;
+    springls__accepted accepted;
+    int i, count = ctx->set.count, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], n = 0, room, lo[3], hi[3];
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof *job.seeds, (void **)&job.seeds));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&accepted.last));
+    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, sizeof(int), (void **)&accepted.before));
+    job.ctx = ctx;
+    springls__parallel(ctx, count, 64, springls__seed_task, &job);
+    for (i = 0; i < bricks; i++) accepted.last[i] = -1;
+    accepted.seeds = job.seeds;
+    for (i = 0; i < count; i++) {
+        int *last;
+        if (!job.seeds[i].ok) continue;
+        job.seeds[i].ok = springls__seed_has_room(ctx, &accepted, i);
+        if (!job.seeds[i].ok) continue;
+        springls__box_bricks(g, job.seeds[i].p, 0.0f, lo, hi);
+        last = &accepted.last[lo[0] + g->bricks[0] * (lo[1] + g->bricks[1] * lo[2])];
+        accepted.before[i] = *last;
+        *last = i;
+        n++;
+    }
+    if (n == 0) return SPRINGLS_OK;
+    room = springls__imin(n, springls__imax(ctx->desc.max_springls - count, 0));
+    ctx->stats.refused += n - room;
+    ctx->stats.added += room;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
+    for (i = 0; i < count && room > 0; i++) {
+        if (!job.seeds[i].ok) continue;
+        springls__plant(ctx, &job.seeds[i], ctx->set.generation[i] + 1);
+        room--;
+    }
+    springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
 
@@ -4782,10 +5242,10 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when no springl comes within d_max of x. */
+/* True when no springl comes within d_max of x; or, where springls fill the holes among them, within 1.5 voxels. */
 SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x)
 {
-    const float r = ctx->params.d_max;
+    const float r = ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max;
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -4891,6 +5351,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     springls__adopt_job adopt;
     int i, total = 0, room, bricks;
     double started;
+    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));
@@ -7816,7 +8277,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 861 \"springls.h\"\n",
+    "#line 869 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7853,7 +8314,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 899 \"springls.h\"\n",
+    "#line 907 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7989,7 +8450,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1036 \"springls.h\"\n",
+    "#line 1044 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8056,7 +8517,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1104 \"springls.h\"\n",
+    "#line 1112 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8089,7 +8550,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1138 \"springls.h\"\n",
+    "#line 1146 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8187,7 +8648,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1237 \"springls.h\"\n",
+    "#line 1245 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8223,7 +8684,23 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1274 \"springls.h\"\n",
+    "\n",
+    "/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a\n",
+    "   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */\n",
+    "SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
+    "{\n",
+    "    const float reach = 1.6f, aside = 1.0f;\n",
+    "    float depth = -springls__dot(d, n), d2 = springls__length2(d);\n",
+    "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;\n",
+    "}\n",
+    "\n",
+    "/* 1 when it is beside the springl, on the same side or round the sheet's rim. */\n",
+    "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
+    "{\n",
+    "    const float reach = 1.5f;\n",
+    "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
+    "}\n",
+    "#line 1298 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8255,7 +8732,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1307 \"springls.h\"\n",
+    "#line 1331 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8272,6 +8749,13 @@ static const char *const springls__kernel_lines[] = {
     "    int count;\n",
     "} springls__fit;\n",
     "\n",
+    "/* A unit vector perpendicular to n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);\n",
+    "    return springls__normalize(springls__cross(n, axis));\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
     "    springls__fit fit;\n",
@@ -8279,8 +8763,7 @@ static const char *const springls__kernel_lines[] = {
     "    fit.origin = origin;\n",
     "    fit.n = n;\n",
     "    fit.a0 = a0;\n",
-    "    fit.e1 = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);\n",
-    "    fit.e1 = springls__normalize(springls__cross(n, fit.e1));\n",
+    "    fit.e1 = springls__any_tangent(n);\n",
     "    fit.e2 = springls__cross(n, fit.e1);\n",
     "    fit.count = 0;\n",
     "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;\n",
@@ -8377,7 +8860,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1430 \"springls.h\"\n",
+    "#line 1460 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8385,7 +8868,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1439 \"springls.h\"\n",
+    "#line 1469 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -8438,7 +8921,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1493 \"springls.h\"\n",
+    "#line 1523 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8448,7 +8931,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1504 \"springls.h\"\n",
+    "#line 1534 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8481,7 +8964,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1538 \"springls.h\"\n",
+    "#line 1568 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8536,7 +9019,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1594 \"springls.h\"\n",
+    "#line 1624 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -8605,7 +9088,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1664 \"springls.h\"\n",
+    "#line 1694 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -8637,7 +9120,22 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1697 \"springls.h\"\n",
+    "\n",
+    "/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and\n",
+    "   not far aside. */\n",
+    "SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
+    "{\n",
+    "    float h = springls__dot(d, n);\n",
+    "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
+    "}\n",
+    "\n",
+    "/* phi is a distance: it differs by no more than 1 between neighbours. What a voxel outside may have at most, its smallest\n",
+    "   neighbour being inside at `inner`. */\n",
+    "SPRINGLS__MATHS float springls__beside_inside(float phi, float inner)\n",
+    "{\n",
+    "    return phi >= 0.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;\n",
+    "}\n",
+    "#line 1742 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8777,7 +9275,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1838 \"springls.h\"\n",
+    "#line 1883 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -8802,6 +9300,63 @@ static const char *const springls__kernel_lines[] = {
     "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
+    "}\n",
+    "#line 1910 \"springls.h\"\n",
+    "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
+    "   two of them opens, springls are missing or the surface ends. */\n",
+    "\n",
+    "#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
+    "\n",
+    "typedef struct springls__fan {\n",
+    "    springls__v3 e1, e2;             /* the tangent frame */\n",
+    "    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */\n",
+    "    int count;\n",
+    "} springls__fan;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)\n",
+    "{\n",
+    "    springls__fan fan;\n",
+    "    fan.e1 = springls__any_tangent(n);\n",
+    "    fan.e2 = springls__cross(n, fan.e1);\n",
+    "    fan.count = 0;\n",
+    "    return fan;\n",
+    "}\n",
+    "\n",
+    "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)\n",
+    "{\n",
+    "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
+    "    int i;\n",
+    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;\n",
+    "    angle = springls__atan2(v, u);\n",
+    "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
+    "    fan.angle[i] = angle;\n",
+    "    fan.count++;\n",
+    "    return fan;\n",
+    "}\n",
+    "\n",
+    "/* The largest angle without a neighbour, and the direction that halves it. */\n",
+    "typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)\n",
+    "{\n",
+    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
+    "    springls__opening opening;\n",
+    "    float from = 0.0f, middle;\n",
+    "    int i;\n",
+    "    opening.angle = turn;\n",
+    "    opening.middle = fan.e1;\n",
+    "    if (fan.count == 0) return opening;\n",
+    "    from = fan.angle[fan.count - 1];\n",
+    "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < fan.count; i++) {\n",
+    "        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;\n",
+    "        from = fan.angle[i - 1];\n",
+    "        opening.angle = fan.angle[i] - from;\n",
+    "    }\n",
+    "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
+    "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
+    "    return opening;\n",
     "}\n",
     ""   /* counts as no line: it is here so that the list is never empty */
 };

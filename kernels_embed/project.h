@@ -29,3 +29,18 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, float weight, float val
     if (weight < 1e-3f) return phi;
     return change < 0.5f || (same_side && change < 0.75f) ? f : phi;
 }
+
+/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
+   not far aside. */
+SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+{
+    float h = springls__dot(d, n);
+    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
+}
+
+/* phi is a distance: it differs by no more than 1 between neighbours. What a voxel outside may have at most, its smallest
+   neighbour being inside at `inner`. */
+SPRINGLS__MATHS float springls__beside_inside(float phi, float inner)
+{
+    return phi >= 0.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;
+}
