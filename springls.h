@@ -19,6 +19,7 @@
      >>project              kernels_embed/project.h
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>winding              kernels_embed/winding.h
+     >>fan                  kernels_embed/fan.h
      >>internal             src/internal.h
      >>memory               src/memory.h
      >>stage                src/stage.h
@@ -44,6 +45,7 @@
      >>evolve               src/evolve.h
      >>rebuild              src/rebuild.h
      >>project              src/project.h
+     >>fill_from_springls   src/fill_from_springls.h
      >>fill_gaps            src/fill_gaps.h
      >>unsigned_to_signed   src/unsigned_to_signed.h
      >>step                 src/step.h
@@ -175,6 +177,7 @@
                 min_area             smaller triangles are bad                           0.05      0         voxel^2
                 reshape              1: a bad triangle is given a good shape; 0: removed 1         0
                 merge_distance       the younger of two nearer particles goes; 0: never  0.6       0         voxel
+                keep_thin            1: far springls of a thin sheet stay                1         0
      M          resample_period      steps from one resampling to the next               5         5
                 resample_last        see DATA FLOW                                       1         0
                 split_edge           split when the longest edge exceeds it              2         never (d) voxel
@@ -187,6 +190,8 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
+                nucleate             1: that makes voxels within a thin sheet inside     1         0
+                fill_from_springls   1: first fill holes among the springls              1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4
@@ -507,6 +512,7 @@ typedef struct springls_params {
     float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */
     int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */
     float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */
+    int keep_thin;           /* 1: keep far springls of a sheet too thin for phi; 0: the paper, remove them     */
 
     /* resample: section 4.6 */
     int resample_period;     /* M of Algorithm 2                                                                */
@@ -524,6 +530,8 @@ typedef struct springls_params {
     float curvature;         /* lambda of eq. 22                                                                */
     int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)         */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
+    int nucleate;            /* 1: and a voxel between the two sides of a thin sheet is inside; 0: phi alone says so */
+    int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -1274,6 +1282,22 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     return t;
 }
 
+/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a
+   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */
+SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
+{
+    const float reach = 1.6f, aside = 1.0f;
+    float depth = -springls__dot(d, n), d2 = springls__length2(d);
+    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;
+}
+
+/* 1 when it is beside the springl, on the same side or round the sheet's rim. */
+SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
+{
+    const float reach = 1.5f;
+    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
+}
+
 /* ======== >>resample  (kernels_embed/resample.h) =============================================================== */
 /* resample.h - splitting at the longest edge (section 4.6). */
 
@@ -1324,6 +1348,13 @@ typedef struct springls__fit {
     int count;
 } springls__fit;
 
+/* A unit vector perpendicular to n. */
+SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
+{
+    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
+    return springls__normalize(springls__cross(n, axis));
+}
+
 SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
 {
     springls__fit fit;
@@ -1331,8 +1362,7 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
     fit.origin = origin;
     fit.n = n;
     fit.a0 = a0;
-    fit.e1 = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
-    fit.e1 = springls__normalize(springls__cross(n, fit.e1));
+    fit.e1 = springls__any_tangent(n);
     fit.e2 = springls__cross(n, fit.e1);
     fit.count = 0;
     for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;
@@ -1702,24 +1732,50 @@ SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, s
     return sum;
 }
 
-/* True where springls are near enough for the sums to say something. */
-SPRINGLS__MATHS int springls__moments_heard(springls__moments sum) { return sum.weight > 1e-3f; }
+/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */
+typedef struct springls__say { float weight, distance; } springls__say;
 
-/* The signed distance that the sums tell, where they are sure enough, else phi. One springl means the circle arc through its
-   particle p with normal n that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and
-   planes, where the plane of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first
-   order about 1, so that sums do. The further the springls lie to one side of the voxel, the less they know of the surface's
-   bend in between, and the nearer to phi, which decides the side in doubt, their answer must be. */
-SPRINGLS__MATHS float springls__moments_distance(springls__moments sum, float phi)
+SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+{
+    springls__v3 d = springls__sub(x, p);
+    float along = springls__dot(direction, n);
+    springls__say say;
+    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;
+    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
+    return say;
+}
+
+/* Sums of less weight say nothing. */
+#define SPRINGLS__HEARD 1e-3f
+
+/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */
+typedef struct springls__projection { float distance, trust; } springls__projection;
+
+/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
+   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
+   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
+   side of the voxel, the less they know of the surface's bend in between. */
+SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
     springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);
     float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);
-    float f = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
-    float change = springls__fabs(f - phi), trust = 0.5f - aside2;
-    int same_side = (f < 0.0f) == (phi < 0.0f);
-    return change < trust || (same_side && change < 1.5f * trust) ? f : phi;
+    springls__projection f;
+    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
+    f.trust = 0.5f - aside2;
+    return f;
 }
+
+/* The value to take: the springls' where it is close to phi, which decides the side in doubt. */
+SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
+{
+    float change = springls__fabs(f.distance - phi);
+    int same_side = (f.distance < 0.0f) == (phi < 0.0f);
+    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;
+}
+
+/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
+SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
    its old value in it. */
@@ -1747,6 +1803,14 @@ SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
     if (springls__is_doubtful(best, far_value)) return v.c;
     d = springls__min(springls__fabs(best) + 1.0f, far_value);
     return best < 0.0f ? -d : d;
+}
+
+/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
+   not far aside. */
+SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+{
+    float h = springls__dot(d, n);
+    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
 }
 
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
@@ -1915,6 +1979,64 @@ SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
     float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
     float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
     return 2.0f * springls__atan2(volume, angle);
+}
+
+/* ======== >>fan  (kernels_embed/fan.h) ========================================================================= */
+/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
+   two of them opens, springls are missing or the surface ends. */
+
+#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */
+
+typedef struct springls__fan {
+    springls__v3 e1, e2;             /* the tangent frame */
+    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */
+    int count;
+} springls__fan;
+
+SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)
+{
+    springls__fan fan;
+    fan.e1 = springls__any_tangent(n);
+    fan.e2 = springls__cross(n, fan.e1);
+    fan.count = 0;
+    return fan;
+}
+
+/* Adds a neighbour at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)
+{
+    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;
+    angle = springls__atan2(v, u);
+    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
+    fan.angle[i] = angle;
+    fan.count++;
+    return fan;
+}
+
+/* The largest angle without a neighbour, and the direction that halves it. */
+typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;
+
+SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
+{
+    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    springls__opening opening;
+    float from = 0.0f, middle;
+    int i;
+    opening.angle = turn;
+    opening.middle = fan.e1;
+    if (fan.count == 0) return opening;
+    from = fan.angle[fan.count - 1];
+    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < fan.count; i++) {
+        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;
+        from = fan.angle[i - 1];
+        opening.angle = fan.angle[i] - from;
+    }
+    middle = (from + 0.5f * opening.angle) * over_pi;
+    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
+    return opening;
 }
 
 /* what a context holds */
@@ -2251,6 +2373,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.min_area = 0.0f;
     p.reshape = 0;
     p.merge_distance = 0.0f;
+    p.keep_thin = 0;
     p.resample_period = 5;
     p.resample_last = 0;
     p.split_edge = 1e6f;
@@ -2264,6 +2387,8 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.curvature = 0.0f;
     p.predict = 0;
     p.project_level_set = 0;
+    p.nucleate = 0;
+    p.fill_from_springls = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -2285,6 +2410,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
+    p.keep_thin = 1;
     p.resample_last = 1;
     p.split_edge = 2.0f;
     p.split_area = 4.0f;
@@ -2292,6 +2418,8 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.evolve_iterations = 0;
     p.predict = 1;
     p.project_level_set = 1;
+    p.nucleate = 1;
+    p.fill_from_springls = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -2320,6 +2448,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(max_angle, 60.0f, 180.0f);
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
+    SPRINGLS__IN(keep_thin, 0, 1);
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
@@ -2330,6 +2459,8 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
+    SPRINGLS__IN(nucleate, 0, 1);
+    SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);
@@ -2831,6 +2962,17 @@ SPRINGLS__FN int springls__cell_coordinate(float x, int size)
 SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
 {
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
+}
+
+/* The range of bricks within `margin` of p, as far as there are any. */
+SPRINGLS__FN void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
+{
+    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
 }
 
 /* Bricks under all particles. */
@@ -4466,6 +4608,30 @@ SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
     springls__parallel(ctx, ctx->set.count, 512, springls__sample_phi_task, ctx);
 }
 
+/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
+   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
+   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
+SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
+{
+    const float r = 1.6f, ahead = 1.5f;
+    const int enough = 3;
+    const springls__springl *s = &ctx->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk;
+    int other, beside = 0;
+    if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
+    walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r), springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
+        if (other == i || springls__length2(d) > r * r) continue;
+        m = springls__springl_normal(&ctx->set.s[other]);
+        if (springls__is_far_side(d, n, m)) return true;
+        beside += springls__is_beside(d, n, m);
+        if (beside >= enough && ctx->set.phi[i] > 0.0f) return true;
+    }
+    return false;
+}
+
 enum { SPRINGLS__REMOVE, SPRINGLS__KEEP, SPRINGLS__RESHAPE };
 
 typedef struct springls__contract_job {
@@ -4480,8 +4646,9 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
+        bool far = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
         job->keep[begin] = SPRINGLS__KEEP;
-        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = SPRINGLS__REMOVE;
+        if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }
@@ -4545,6 +4712,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     int i;
     if (ctx->set.count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->set.count, 1, (void **)&job.keep));
+    if (ctx->params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
     job.ctx = ctx;
     job.cos_min = springls__cospi(ctx->params.min_angle / 180.0f);
     job.cos_max = springls__cospi(ctx->params.max_angle / 180.0f);
@@ -5152,29 +5320,58 @@ SPRINGLS__FN void springls__reached_rows(const springls__oriented *s, const int 
     }
 }
 
-/* The nearest springl of every voxel, then the sums over those that face the same way. False when there is none near. */
-SPRINGLS__FN bool springls__brick_sums_take(const springls__project_job *job, const int origin[3], springls__brick_sums *sums)
+/* The nearest springl of every voxel, then the sums over those that face the same way. */
+SPRINGLS__FN void springls__brick_sums_take(const springls__project_job *job, const springls__near_ranges *near_by, const int origin[3],
+                                            springls__brick_sums *sums)
 {
-    springls__near_ranges near_by = springls__near_brick(job, origin);
     int r, k, v;
-    if (near_by.count == 0) return false;
     for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     memset(sums->facing, 0, sizeof sums->facing);
     memset(sums->sum, 0, sizeof sums->sum);
-    for (r = 0; r < near_by.count; r++)
-        for (k = near_by.first[r]; k < near_by.end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__nearest_row, sums);
-    for (r = 0; r < near_by.count; r++)
-        for (k = near_by.first[r]; k < near_by.end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
-    return true;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__nearest_row, sums);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
+}
+
+/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
+{
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            const springls__oriented *s = &job->oriented[k];
+            springls__v3 d = springls__sub(x, s->p);
+            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (springls__dot(s->n, normal) < -0.5f * springls__length(normal) && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+        }
+    return false;
+}
+
+/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
+   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside. */
+SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, const springls__near_ranges *near_by, const springls__wide_tile *tile,
+                                           const int origin[3], int v, springls__moments sum, float phi)
+{
+    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
+    springls__projection f;
+    if (job->carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
+    if (!job->ctx->params.project_level_set) return phi;
+    f = springls__moments_distance(sum);
+    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)) {
+        springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+        if (springls__between_sides(job, near_by, x, sum.normal)) return f.distance;
+    }
+    return springls__corrected_phi(phi, f);
 }
 
 SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 {
     const springls__project_job *job = (const springls__project_job *)arg;
-    const springls_context *ctx = job->ctx;
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &job->ctx->grid;
     springls__brick_sums sums;
     springls__wide_tile tile;
+    springls__near_ranges near_by;
     int v, o[3];
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
@@ -5182,23 +5379,18 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
         bool some;
         job->in_doubt[begin] = 0;
         springls__slot_origin(g, g->active[begin], o);
-        some = springls__brick_sums_take(job, o, &sums);
+        near_by = springls__near_brick(job, o);
+        some = near_by.count > 0;
+        if (some) springls__brick_sums_take(job, &near_by, o, &sums);
         if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            springls__moments sum;
-            float here = phi[v];
-            if (some) sum = springls__moments_load(&sums, v);
-            if (some && springls__moments_heard(sum)) {
-                if (job->carry) {
-                    springls__v3 from = springls__mad(springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6)), sum.moved, -1.0f / sum.weight);
-                    here = springls__wide_tile_sample(&tile, from);
-                }
-                if (ctx->params.project_level_set) here = springls__moments_distance(sum, here);
-            } else if (job->carry && springls__fabs(here) < job->most_moved) {
-                here = springls__doubtful(here, g->far_value);
+            out[v] = phi[v];
+            if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
+                out[v] = springls__project_voxel(job, &near_by, &tile, o, v, springls__moments_load(&sums, v), phi[v]);
+            } else if (job->carry && springls__fabs(phi[v]) < job->most_moved) {
+                out[v] = springls__doubtful(phi[v], g->far_value);
                 job->in_doubt[begin] = 1;
             }
-            out[v] = here;
         }
     }
 }
@@ -5283,6 +5475,168 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) { return springls__project(ctx, false); }
 
+/* ======== >>fill_from_springls  (src/fill_from_springls.h) ===================================================== */
+/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
+   comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
+
+/* A springl to be. */
+typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
+
+/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
+SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
+{
+    springls__fan fan = springls__fan_begin(n);
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
+    }
+    return springls__fan_opening(fan);
+}
+
+/* Two springls of one side this close would be one too many. */
+SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
+{
+    const float closest = 0.7f; /* beyond merge_distance */
+    return springls__length2(springls__sub(p, p_other)) < closest * closest && springls__dot(n, n_other) > 0.3f;
+}
+
+SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x, springls__v3 n)
+{
+    const float r = 0.7f;
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *o = &ctx->set.s[other];
+        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__too_close(x, n, o->p, springls__springl_normal(o))) return false;
+    }
+    return true;
+}
+
+/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
+SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls__v3 p, springls__v3 n)
+{
+    const float r = SPRINGLS__PROJECT_RADIUS;
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(p.x - r, p.y - r, p.z - r), springls__v3_make(p.x + r, p.y + r, p.z + r));
+    float weight = 0.0f, value = 0.0f;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *o = &ctx->set.s[other];
+        springls__say say = springls__oriented_distance(p, n, o->p, springls__springl_normal(o));
+        weight += say.weight;
+        value += say.weight * say.distance * say.distance;
+    }
+    return weight > 0.0f ? value / weight : FLT_MAX;
+}
+
+/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
+   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
+SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, int i)
+{
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 150.0f * degree;
+    const float range = 1.3f, away = 0.9f, worst = 0.15f;
+    const springls__springl *s = &ctx->set.s[i];
+    springls__v3 n = springls__springl_normal(s), x;
+    springls__opening opening = springls__opening_at(ctx, s->p, n, range, 1.0f);
+    springls__fit_result fit;
+    springls__seed seed;
+    memset(&seed, 0, sizeof seed);
+    if (opening.angle <= widest) return seed;
+    x = springls__mad(s->p, opening.middle, away);
+    if (!springls__has_room(ctx, x, n)) return seed;
+    fit = springls__fit_at(ctx, x, n, ctx->set.a[i], ctx->set.count);
+    if (!fit.ok || !springls__has_room(ctx, fit.point, fit.normal)) return seed;
+    if (springls__opening_at(ctx, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(ctx, fit.point, fit.normal) > worst * worst) return seed;
+    seed.p = fit.point;
+    seed.n = fit.normal;
+    seed.toward = springls__sub(s->p, fit.point);
+    seed.a = springls__project_on_original(ctx, fit.a);
+    seed.ok = 1;
+    return seed;
+}
+
+typedef struct springls__seed_job { const springls_context *ctx; springls__seed *seeds; } springls__seed_job;
+
+SPRINGLS__FN void springls__seed_task(void *arg, int begin, int end)
+{
+    const springls__seed_job *job = (const springls__seed_job *)arg;
+    for (; begin < end; begin++) job->seeds[begin] = springls__seed_beside(job->ctx, begin);
+}
+
+/* The accepted seeds, chained by brick: last[brick] and before[seed] are seeds or -1. */
+typedef struct springls__accepted { const springls__seed *seeds; int *last, *before; } springls__accepted;
+
+SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
+{
+    const float r = 0.7f;
+    const springls__grid *g = &ctx->grid;
+    const springls__seed *seed = &accepted->seeds[i];
+    int lo[3], hi[3], x, y, z, other;
+    springls__box_bricks(g, seed->p, r, lo, hi);
+    for (z = lo[2]; z <= hi[2]; z++)
+        for (y = lo[1]; y <= hi[1]; y++)
+            for (x = lo[0]; x <= hi[0]; x++)
+                for (other = accepted->last[x + g->bricks[0] * (y + g->bricks[1] * z)]; other >= 0; other = accepted->before[other])
+                    if (springls__too_close(seed->p, seed->n, accepted->seeds[other].p, accepted->seeds[other].n)) return false;
+    return true;
+}
+
+SPRINGLS__FN void springls__plant(springls_context *ctx, const springls__seed *seed, uint32_t generation)
+{
+    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
+    springls__springl s;
+    springls__tri t = springls__equilateral(seed->p, seed->n, seed->toward, area);
+    s.q[0] = t.a;
+    s.q[1] = t.b;
+    s.q[2] = t.c;
+    s.p = seed->p;
+    springls__constellation_append(ctx, &s, seed->a, generation, 0);
+}
+
+/* Seeds are found for all springls at once, then accepted in springl order, none close to an accepted one. */
+SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->grid;
+    springls__seed_job job;
+    springls__accepted accepted;
+    int i, count = ctx->set.count, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], n = 0, room, lo[3], hi[3];
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof *job.seeds, (void **)&job.seeds));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&accepted.last));
+    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, sizeof(int), (void **)&accepted.before));
+    job.ctx = ctx;
+    springls__parallel(ctx, count, 64, springls__seed_task, &job);
+    for (i = 0; i < bricks; i++) accepted.last[i] = -1;
+    accepted.seeds = job.seeds;
+    for (i = 0; i < count; i++) {
+        int *last;
+        if (!job.seeds[i].ok) continue;
+        job.seeds[i].ok = springls__seed_has_room(ctx, &accepted, i);
+        if (!job.seeds[i].ok) continue;
+        springls__box_bricks(g, job.seeds[i].p, 0.0f, lo, hi);
+        last = &accepted.last[lo[0] + g->bricks[0] * (lo[1] + g->bricks[1] * lo[2])];
+        accepted.before[i] = *last;
+        *last = i;
+        n++;
+    }
+    if (n == 0) return SPRINGLS_OK;
+    room = springls__imin(n, springls__imax(ctx->desc.max_springls - count, 0));
+    ctx->stats.refused += n - room;
+    ctx->stats.added += room;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
+    for (i = 0; i < count && room > 0; i++) {
+        if (!job.seeds[i].ok) continue;
+        springls__plant(ctx, &job.seeds[i], ctx->set.generation[i] + 1);
+        room--;
+    }
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
 /* ======== >>fill_gaps  (src/fill_gaps.h) ======================================================================= */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
@@ -5324,10 +5678,10 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when no springl comes within d_max of x. */
+/* True when no springl comes within d_max of x; or, where springls fill the holes among them, within 1.5 voxels. */
 SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x)
 {
-    const float r = ctx->params.d_max;
+    const float r = ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max;
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -5433,6 +5787,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     springls__adopt_job adopt;
     int i, total = 0, room, bricks;
     double started;
+    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));
@@ -8385,7 +8740,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 865 \"springls.h\"\n",
+    "#line 873 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8422,7 +8777,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 903 \"springls.h\"\n",
+    "#line 911 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -8558,7 +8913,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1040 \"springls.h\"\n",
+    "#line 1048 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8625,7 +8980,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1108 \"springls.h\"\n",
+    "#line 1116 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8658,7 +9013,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1142 \"springls.h\"\n",
+    "#line 1150 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8756,7 +9111,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1241 \"springls.h\"\n",
+    "#line 1249 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8792,7 +9147,23 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1278 \"springls.h\"\n",
+    "\n",
+    "/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a\n",
+    "   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */\n",
+    "SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
+    "{\n",
+    "    const float reach = 1.6f, aside = 1.0f;\n",
+    "    float depth = -springls__dot(d, n), d2 = springls__length2(d);\n",
+    "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;\n",
+    "}\n",
+    "\n",
+    "/* 1 when it is beside the springl, on the same side or round the sheet's rim. */\n",
+    "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
+    "{\n",
+    "    const float reach = 1.5f;\n",
+    "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
+    "}\n",
+    "#line 1302 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8824,7 +9195,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1311 \"springls.h\"\n",
+    "#line 1335 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8841,6 +9212,13 @@ static const char *const springls__kernel_lines[] = {
     "    int count;\n",
     "} springls__fit;\n",
     "\n",
+    "/* A unit vector perpendicular to n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);\n",
+    "    return springls__normalize(springls__cross(n, axis));\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
     "    springls__fit fit;\n",
@@ -8848,8 +9226,7 @@ static const char *const springls__kernel_lines[] = {
     "    fit.origin = origin;\n",
     "    fit.n = n;\n",
     "    fit.a0 = a0;\n",
-    "    fit.e1 = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);\n",
-    "    fit.e1 = springls__normalize(springls__cross(n, fit.e1));\n",
+    "    fit.e1 = springls__any_tangent(n);\n",
     "    fit.e2 = springls__cross(n, fit.e1);\n",
     "    fit.count = 0;\n",
     "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;\n",
@@ -8946,7 +9323,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1434 \"springls.h\"\n",
+    "#line 1464 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8954,7 +9331,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1443 \"springls.h\"\n",
+    "#line 1473 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -9007,7 +9384,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1497 \"springls.h\"\n",
+    "#line 1527 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -9017,7 +9394,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1508 \"springls.h\"\n",
+    "#line 1538 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -9050,7 +9427,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1542 \"springls.h\"\n",
+    "#line 1572 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9105,7 +9482,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1598 \"springls.h\"\n",
+    "#line 1628 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9174,7 +9551,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1668 \"springls.h\"\n",
+    "#line 1698 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9212,24 +9589,50 @@ static const char *const springls__kernel_lines[] = {
     "    return sum;\n",
     "}\n",
     "\n",
-    "/* True where springls are near enough for the sums to say something. */\n",
-    "SPRINGLS__MATHS int springls__moments_heard(springls__moments sum) { return sum.weight > 1e-3f; }\n",
+    "/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */\n",
+    "typedef struct springls__say { float weight, distance; } springls__say;\n",
     "\n",
-    "/* The signed distance that the sums tell, where they are sure enough, else phi. One springl means the circle arc through its\n",
-    "   particle p with normal n that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and\n",
-    "   planes, where the plane of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first\n",
-    "   order about 1, so that sums do. The further the springls lie to one side of the voxel, the less they know of the surface's\n",
-    "   bend in between, and the nearer to phi, which decides the side in doubt, their answer must be. */\n",
-    "SPRINGLS__MATHS float springls__moments_distance(springls__moments sum, float phi)\n",
+    "SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 d = springls__sub(x, p);\n",
+    "    float along = springls__dot(direction, n);\n",
+    "    springls__say say;\n",
+    "    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;\n",
+    "    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));\n",
+    "    return say;\n",
+    "}\n",
+    "\n",
+    "/* Sums of less weight say nothing. */\n",
+    "#define SPRINGLS__HEARD 1e-3f\n",
+    "\n",
+    "/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */\n",
+    "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
+    "\n",
+    "/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:\n",
+    "   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.\n",
+    "   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one\n",
+    "   side of the voxel, the less they know of the surface's bend in between. */\n",
+    "SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)\n",
     "{\n",
     "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
     "    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);\n",
     "    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);\n",
-    "    float f = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);\n",
-    "    float change = springls__fabs(f - phi), trust = 0.5f - aside2;\n",
-    "    int same_side = (f < 0.0f) == (phi < 0.0f);\n",
-    "    return change < trust || (same_side && change < 1.5f * trust) ? f : phi;\n",
+    "    springls__projection f;\n",
+    "    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);\n",
+    "    f.trust = 0.5f - aside2;\n",
+    "    return f;\n",
     "}\n",
+    "\n",
+    "/* The value to take: the springls' where it is close to phi, which decides the side in doubt. */\n",
+    "SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)\n",
+    "{\n",
+    "    float change = springls__fabs(f.distance - phi);\n",
+    "    int same_side = (f.distance < 0.0f) == (phi < 0.0f);\n",
+    "    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;\n",
+    "}\n",
+    "\n",
+    "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
+    "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }\n",
     "\n",
     "/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with\n",
     "   its old value in it. */\n",
@@ -9258,7 +9661,15 @@ static const char *const springls__kernel_lines[] = {
     "    d = springls__min(springls__fabs(best) + 1.0f, far_value);\n",
     "    return best < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1753 \"springls.h\"\n",
+    "\n",
+    "/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and\n",
+    "   not far aside. */\n",
+    "SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
+    "{\n",
+    "    float h = springls__dot(d, n);\n",
+    "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
+    "}\n",
+    "#line 1817 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9398,7 +9809,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1894 \"springls.h\"\n",
+    "#line 1958 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9423,6 +9834,63 @@ static const char *const springls__kernel_lines[] = {
     "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
+    "}\n",
+    "#line 1985 \"springls.h\"\n",
+    "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
+    "   two of them opens, springls are missing or the surface ends. */\n",
+    "\n",
+    "#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
+    "\n",
+    "typedef struct springls__fan {\n",
+    "    springls__v3 e1, e2;             /* the tangent frame */\n",
+    "    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */\n",
+    "    int count;\n",
+    "} springls__fan;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)\n",
+    "{\n",
+    "    springls__fan fan;\n",
+    "    fan.e1 = springls__any_tangent(n);\n",
+    "    fan.e2 = springls__cross(n, fan.e1);\n",
+    "    fan.count = 0;\n",
+    "    return fan;\n",
+    "}\n",
+    "\n",
+    "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)\n",
+    "{\n",
+    "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
+    "    int i;\n",
+    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;\n",
+    "    angle = springls__atan2(v, u);\n",
+    "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
+    "    fan.angle[i] = angle;\n",
+    "    fan.count++;\n",
+    "    return fan;\n",
+    "}\n",
+    "\n",
+    "/* The largest angle without a neighbour, and the direction that halves it. */\n",
+    "typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)\n",
+    "{\n",
+    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
+    "    springls__opening opening;\n",
+    "    float from = 0.0f, middle;\n",
+    "    int i;\n",
+    "    opening.angle = turn;\n",
+    "    opening.middle = fan.e1;\n",
+    "    if (fan.count == 0) return opening;\n",
+    "    from = fan.angle[fan.count - 1];\n",
+    "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < fan.count; i++) {\n",
+    "        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;\n",
+    "        from = fan.angle[i - 1];\n",
+    "        opening.angle = fan.angle[i] - from;\n",
+    "    }\n",
+    "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
+    "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
+    "    return opening;\n",
     "}\n",
     ""   /* counts as no line: it is here so that the list is never empty */
 };

@@ -33,3 +33,19 @@ SPRINGLS__MATHS springls__tri springls__equilateral(springls__v3 p, springls__v3
     t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);
     return t;
 }
+
+/* phi cannot hold a sheet thinner than a voxel, so there a springl may be far from the zero level and yet be right. What a
+   neighbour at d from it, facing n_other, has to say: 1 when it lies on the other side of the same sheet, behind the springl. */
+SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
+{
+    const float reach = 1.6f, aside = 1.0f;
+    float depth = -springls__dot(d, n), d2 = springls__length2(d);
+    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < reach * reach && d2 - depth * depth < aside * aside;
+}
+
+/* 1 when it is beside the springl, on the same side or round the sheet's rim. */
+SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
+{
+    const float reach = 1.5f;
+    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
+}

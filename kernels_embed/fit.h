@@ -14,6 +14,13 @@ typedef struct springls__fit {
     int count;
 } springls__fit;
 
+/* A unit vector perpendicular to n. */
+SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
+{
+    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
+    return springls__normalize(springls__cross(n, axis));
+}
+
 SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
 {
     springls__fit fit;
@@ -21,8 +28,7 @@ SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls_
     fit.origin = origin;
     fit.n = n;
     fit.a0 = a0;
-    fit.e1 = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
-    fit.e1 = springls__normalize(springls__cross(n, fit.e1));
+    fit.e1 = springls__any_tangent(n);
     fit.e2 = springls__cross(n, fit.e1);
     fit.count = 0;
     for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;

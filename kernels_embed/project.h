@@ -35,24 +35,50 @@ SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, s
     return sum;
 }
 
-/* True where springls are near enough for the sums to say something. */
-SPRINGLS__MATHS int springls__moments_heard(springls__moments sum) { return sum.weight > 1e-3f; }
+/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */
+typedef struct springls__say { float weight, distance; } springls__say;
 
-/* The signed distance that the sums tell, where they are sure enough, else phi. One springl means the circle arc through its
-   particle p with normal n that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and
-   planes, where the plane of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first
-   order about 1, so that sums do. The further the springls lie to one side of the voxel, the less they know of the surface's
-   bend in between, and the nearer to phi, which decides the side in doubt, their answer must be. */
-SPRINGLS__MATHS float springls__moments_distance(springls__moments sum, float phi)
+SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+{
+    springls__v3 d = springls__sub(x, p);
+    float along = springls__dot(direction, n);
+    springls__say say;
+    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;
+    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
+    return say;
+}
+
+/* Sums of less weight say nothing. */
+#define SPRINGLS__HEARD 1e-3f
+
+/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */
+typedef struct springls__projection { float distance, trust; } springls__projection;
+
+/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
+   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
+   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
+   side of the voxel, the less they know of the surface's bend in between. */
+SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
     springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);
     float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);
-    float f = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
-    float change = springls__fabs(f - phi), trust = 0.5f - aside2;
-    int same_side = (f < 0.0f) == (phi < 0.0f);
-    return change < trust || (same_side && change < 1.5f * trust) ? f : phi;
+    springls__projection f;
+    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
+    f.trust = 0.5f - aside2;
+    return f;
 }
+
+/* The value to take: the springls' where it is close to phi, which decides the side in doubt. */
+SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
+{
+    float change = springls__fabs(f.distance - phi);
+    int same_side = (f.distance < 0.0f) == (phi < 0.0f);
+    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;
+}
+
+/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
+SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
    its old value in it. */
@@ -80,4 +106,12 @@ SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
     if (springls__is_doubtful(best, far_value)) return v.c;
     d = springls__min(springls__fabs(best) + 1.0f, far_value);
     return best < 0.0f ? -d : d;
+}
+
+/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
+   not far aside. */
+SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+{
+    float h = springls__dot(d, n);
+    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
 }

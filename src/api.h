@@ -145,6 +145,7 @@ typedef struct springls_params {
     float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */
     int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */
     float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */
+    int keep_thin;           /* 1: keep far springls of a sheet too thin for phi; 0: the paper, remove them     */
 
     /* resample: section 4.6 */
     int resample_period;     /* M of Algorithm 2                                                                */
@@ -162,6 +163,8 @@ typedef struct springls_params {
     float curvature;         /* lambda of eq. 22                                                                */
     int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)         */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
+    int nucleate;            /* 1: and a voxel between the two sides of a thin sheet is inside; 0: phi alone says so */
+    int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
     springls_topology topology;
 
     /* track: section 4.7 */

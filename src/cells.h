@@ -13,6 +13,17 @@ SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
+/* The range of bricks within `margin` of p, as far as there are any. */
+SPRINGLS__FN void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
+{
+    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
+}
+
 /* Bricks under all particles. */
 SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
 {

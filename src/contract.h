@@ -22,6 +22,30 @@ SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
     springls__parallel(ctx, ctx->set.count, 512, springls__sample_phi_task, ctx);
 }
 
+/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
+   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
+   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
+SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
+{
+    const float r = 1.6f, ahead = 1.5f;
+    const int enough = 3;
+    const springls__springl *s = &ctx->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk;
+    int other, beside = 0;
+    if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
+    walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r), springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
+        if (other == i || springls__length2(d) > r * r) continue;
+        m = springls__springl_normal(&ctx->set.s[other]);
+        if (springls__is_far_side(d, n, m)) return true;
+        beside += springls__is_beside(d, n, m);
+        if (beside >= enough && ctx->set.phi[i] > 0.0f) return true;
+    }
+    return false;
+}
+
 enum { SPRINGLS__REMOVE, SPRINGLS__KEEP, SPRINGLS__RESHAPE };
 
 typedef struct springls__contract_job {
@@ -36,8 +60,9 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
+        bool far = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
         job->keep[begin] = SPRINGLS__KEEP;
-        if (springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance) job->keep[begin] = SPRINGLS__REMOVE;
+        if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }
@@ -101,6 +126,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     int i;
     if (ctx->set.count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->set.count, 1, (void **)&job.keep));
+    if (ctx->params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
     job.ctx = ctx;
     job.cos_min = springls__cospi(ctx->params.min_angle / 180.0f);
     job.cos_max = springls__cospi(ctx->params.max_angle / 180.0f);

@@ -38,10 +38,10 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when no springl comes within d_max of x. */
+/* True when no springl comes within d_max of x; or, where springls fill the holes among them, within 1.5 voxels. */
 SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x)
 {
-    const float r = ctx->params.d_max;
+    const float r = ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max;
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -147,6 +147,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     springls__adopt_job adopt;
     int i, total = 0, room, bricks;
     double started;
+    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));

@@ -108,6 +108,7 @@
                 min_area             smaller triangles are bad                           0.05      0         voxel^2
                 reshape              1: a bad triangle is given a good shape; 0: removed 1         0
                 merge_distance       the younger of two nearer particles goes; 0: never  0.6       0         voxel
+                keep_thin            1: far springls of a thin sheet stay                1         0
      M          resample_period      steps from one resampling to the next               5         5
                 resample_last        see DATA FLOW                                       1         0
                 split_edge           split when the longest edge exceeds it              2         never (d) voxel
@@ -120,6 +121,8 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
+                nucleate             1: that makes voxels within a thin sheet inside     1         0
+                fill_from_springls   1: first fill holes among the springls              1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4

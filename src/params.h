@@ -27,6 +27,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.min_area = 0.0f;
     p.reshape = 0;
     p.merge_distance = 0.0f;
+    p.keep_thin = 0;
     p.resample_period = 5;
     p.resample_last = 0;
     p.split_edge = 1e6f;
@@ -40,6 +41,8 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.curvature = 0.0f;
     p.predict = 0;
     p.project_level_set = 0;
+    p.nucleate = 0;
+    p.fill_from_springls = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -61,6 +64,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
+    p.keep_thin = 1;
     p.resample_last = 1;
     p.split_edge = 2.0f;
     p.split_area = 4.0f;
@@ -68,6 +72,8 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.evolve_iterations = 0;
     p.predict = 1;
     p.project_level_set = 1;
+    p.nucleate = 1;
+    p.fill_from_springls = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -96,6 +102,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(max_angle, 60.0f, 180.0f);
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
+    SPRINGLS__IN(keep_thin, 0, 1);
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
@@ -106,6 +113,8 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
+    SPRINGLS__IN(nucleate, 0, 1);
+    SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
     SPRINGLS__IN(track_iterations, 0, 1000);

@@ -88,29 +88,58 @@ SPRINGLS__FN void springls__reached_rows(const springls__oriented *s, const int 
     }
 }
 
-/* The nearest springl of every voxel, then the sums over those that face the same way. False when there is none near. */
-SPRINGLS__FN bool springls__brick_sums_take(const springls__project_job *job, const int origin[3], springls__brick_sums *sums)
+/* The nearest springl of every voxel, then the sums over those that face the same way. */
+SPRINGLS__FN void springls__brick_sums_take(const springls__project_job *job, const springls__near_ranges *near_by, const int origin[3],
+                                            springls__brick_sums *sums)
 {
-    springls__near_ranges near_by = springls__near_brick(job, origin);
     int r, k, v;
-    if (near_by.count == 0) return false;
     for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     memset(sums->facing, 0, sizeof sums->facing);
     memset(sums->sum, 0, sizeof sums->sum);
-    for (r = 0; r < near_by.count; r++)
-        for (k = near_by.first[r]; k < near_by.end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__nearest_row, sums);
-    for (r = 0; r < near_by.count; r++)
-        for (k = near_by.first[r]; k < near_by.end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
-    return true;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__nearest_row, sums);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
+}
+
+/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
+{
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            const springls__oriented *s = &job->oriented[k];
+            springls__v3 d = springls__sub(x, s->p);
+            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (springls__dot(s->n, normal) < -0.5f * springls__length(normal) && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+        }
+    return false;
+}
+
+/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
+   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside. */
+SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, const springls__near_ranges *near_by, const springls__wide_tile *tile,
+                                           const int origin[3], int v, springls__moments sum, float phi)
+{
+    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
+    springls__projection f;
+    if (job->carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
+    if (!job->ctx->params.project_level_set) return phi;
+    f = springls__moments_distance(sum);
+    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)) {
+        springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+        if (springls__between_sides(job, near_by, x, sum.normal)) return f.distance;
+    }
+    return springls__corrected_phi(phi, f);
 }
 
 SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 {
     const springls__project_job *job = (const springls__project_job *)arg;
-    const springls_context *ctx = job->ctx;
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &job->ctx->grid;
     springls__brick_sums sums;
     springls__wide_tile tile;
+    springls__near_ranges near_by;
     int v, o[3];
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
@@ -118,23 +147,18 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
         bool some;
         job->in_doubt[begin] = 0;
         springls__slot_origin(g, g->active[begin], o);
-        some = springls__brick_sums_take(job, o, &sums);
+        near_by = springls__near_brick(job, o);
+        some = near_by.count > 0;
+        if (some) springls__brick_sums_take(job, &near_by, o, &sums);
         if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            springls__moments sum;
-            float here = phi[v];
-            if (some) sum = springls__moments_load(&sums, v);
-            if (some && springls__moments_heard(sum)) {
-                if (job->carry) {
-                    springls__v3 from = springls__mad(springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6)), sum.moved, -1.0f / sum.weight);
-                    here = springls__wide_tile_sample(&tile, from);
-                }
-                if (ctx->params.project_level_set) here = springls__moments_distance(sum, here);
-            } else if (job->carry && springls__fabs(here) < job->most_moved) {
-                here = springls__doubtful(here, g->far_value);
+            out[v] = phi[v];
+            if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
+                out[v] = springls__project_voxel(job, &near_by, &tile, o, v, springls__moments_load(&sums, v), phi[v]);
+            } else if (job->carry && springls__fabs(phi[v]) < job->most_moved) {
+                out[v] = springls__doubtful(phi[v], g->far_value);
                 job->in_doubt[begin] = 1;
             }
-            out[v] = here;
         }
     }
 }

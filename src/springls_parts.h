@@ -24,6 +24,7 @@
 #include "../kernels_embed/project.h"
 #include "../kernels_embed/marching_cubes.h"
 #include "../kernels_embed/winding.h"
+#include "../kernels_embed/fan.h"
 
 /* what a context holds */
 #include "internal.h"
@@ -53,6 +54,7 @@
 #include "evolve.h"
 #include "rebuild.h"
 #include "project.h"
+#include "fill_from_springls.h"
 #include "fill_gaps.h"
 #include "unsigned_to_signed.h"
 #include "step.h"

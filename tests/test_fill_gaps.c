@@ -59,8 +59,9 @@ TEST nothing_to_fill(int which)
     PASS();
 }
 
-/* Each exposed triangle of the zero level becomes one springl and covered ones none: of the same place with the paper's
-   rule; afterwards no zero crossing is further than d_max from the springls. */
+/* With the paper's rule each exposed triangle of the zero level becomes one springl and covered ones none. Springls that
+   fill from their neighbourhood need fewer, and a few passes for a wide hole. Afterwards no zero crossing is further than
+   d_max from the springls. */
 TEST holes_are_covered(int which, float size)
 {
     springls_params p = set_of(which);
@@ -77,8 +78,10 @@ TEST holes_are_covered(int which, float size)
     worst_gap(ctx, 0.5, &beyond);
     ASSERT_GT(beyond, 3);
     ASSERT_OK(springls_fill_gaps(ctx));
+    for (i = 0; which && i < 2; i++) ASSERT_OK(springls_fill_gaps(ctx));
     added = springls_count(ctx) - before;
-    ASSERT_EQ(beyond, added);
+    if (which) ASSERT(added > 0 && added < removed + 3);
+    else ASSERT_EQ(beyond, added);
     for (i = 0; i < before; i++) { /* the others stay as they were */
         fixture_springl s = fixture_get(ctx, i);
         ASSERT_MEM_EQ(&old[i], &s, sizeof s);
@@ -198,7 +201,7 @@ TEST the_border_is_filled(void)
     fixture_keep(ctx, keep);
     free(keep);
     ASSERT_LT(springls_count(ctx), count - 20);
-    ASSERT_OK(springls_fill_gaps(ctx));
+    for (i = 0; i < 6; i++) ASSERT_OK(springls_fill_gaps(ctx));
     worst_gap(ctx, 0.5, &beyond);
     ASSERT_EQ_FMT(0, beyond, "%d");
     for (i = 0; i < springls_count(ctx); i++) n += fixture_particle(ctx, i).x < -0.4f;

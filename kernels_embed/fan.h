@@ -1,0 +1,56 @@
+/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
+   two of them opens, springls are missing or the surface ends. */
+
+#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */
+
+typedef struct springls__fan {
+    springls__v3 e1, e2;             /* the tangent frame */
+    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */
+    int count;
+} springls__fan;
+
+SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)
+{
+    springls__fan fan;
+    fan.e1 = springls__any_tangent(n);
+    fan.e2 = springls__cross(n, fan.e1);
+    fan.count = 0;
+    return fan;
+}
+
+/* Adds a neighbour at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)
+{
+    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;
+    angle = springls__atan2(v, u);
+    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
+    fan.angle[i] = angle;
+    fan.count++;
+    return fan;
+}
+
+/* The largest angle without a neighbour, and the direction that halves it. */
+typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;
+
+SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
+{
+    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    springls__opening opening;
+    float from = 0.0f, middle;
+    int i;
+    opening.angle = turn;
+    opening.middle = fan.e1;
+    if (fan.count == 0) return opening;
+    from = fan.angle[fan.count - 1];
+    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < fan.count; i++) {
+        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;
+        from = fan.angle[i - 1];
+        opening.angle = fan.angle[i] - from;
+    }
+    middle = (from + 0.5f * opening.angle) * over_pi;
+    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
+    return opening;
+}
