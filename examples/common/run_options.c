@@ -58,7 +58,7 @@ const char *run_member_at(size_t offset)
             return members[i].name;
         }
     }
-    return "unknown";
+    return "one that --set does not know either";
 }
 
 /* One "name=value" of `length` characters. */

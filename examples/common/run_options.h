@@ -14,7 +14,7 @@
  * of threads and makes the folder of --out. CLI_GO_ON, or the exit status after one line on stderr. */
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
 
-/* The name of the member of springls_params at this offset; "unknown": there is none. */
+/* The name of the member of springls_params at this offset, or a phrase: --set does not know it. */
 const char *run_member_at(size_t offset);
 
 int run_threads(void); /* threads that parallel loops use now */

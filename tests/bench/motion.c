@@ -197,78 +197,58 @@ static void measure_particles(struct course *course)
     free_view(a);
 }
 
-/* The zero level in the problem's coordinates; the caller frees both. */
-static springls_status zero_level(struct course *course, springls_mesh *mesh, springls_view *vertices)
-{
-    const springls_status status = springls_extract_mesh(course->ctx, mesh);
-    if (status == SPRINGLS_OK) {
-        const springls_view own = {mesh->positions, mesh->vertex_count, 3 * sizeof(float)};
-        *vertices = problem_view(course, own, 1);
-    }
-    return status;
-}
-
-/* Five figures from `first` on: mean, 99 in 100 and largest distance from the samples to the zero level, mean and largest
-   of those on sharp edges. */
-static springls_status measure_samples(struct course *course, enum motion_figure first)
+/* Five figures from `first` on: mean, 99 in 100 and largest distance from the samples to triangles (NULL: a soup), mean and
+   largest of those on sharp edges. */
+static void measure_samples(struct course *course, enum motion_figure first, springls_view vertices, const int *triangles,
+                            int triangle_count)
 {
     double *f = course->figures + first;
     double *distances = room((size_t)course->sample_count, sizeof(double));
     double *edges = room((size_t)course->sample_count, sizeof(double));
     int edge_count = 0;
-    springls_mesh mesh;
-    springls_view vertices;
     struct bvh bvh;
-    const springls_status status = zero_level(course, &mesh, &vertices);
-    if (status == SPRINGLS_OK) {
-        const uint32_t *triangles = (const uint32_t *)(const void *)mesh.triangles;
-        if (bvh_build(&bvh, vertices.data, triangles, (size_t)mesh.triangle_count)) {
-            for (int i = 0; i < course->sample_count; ++i) {
-                const double *x = course->samples + 3 * i;
-                const float place[3] = {(float)x[0], (float)x[1], (float)x[2]};
-                distances[i] = (double)bvh_distance(&bvh, place, NULL, NULL);
-                if (course->on_edge[i]) {
-                    edges[edge_count++] = distances[i];
-                }
+    if (bvh_build(&bvh, vertices.data, (const uint32_t *)(const void *)triangles, (size_t)triangle_count)) {
+        for (int i = 0; i < course->sample_count; ++i) {
+            const double *x = course->samples + 3 * i;
+            const float place[3] = {(float)x[0], (float)x[1], (float)x[2]};
+            distances[i] = (double)bvh_distance(&bvh, place, NULL, NULL);
+            if (course->on_edge[i]) {
+                edges[edge_count++] = distances[i];
             }
-            note_error(&f[0], &f[1], &f[2], benchmark_summary(distances, course->sample_count));
-            note_error(&f[3], NULL, &f[4], benchmark_summary(edges, edge_count));
-            bvh_free(&bvh);
         }
-        free_view(vertices);
-        springls_mesh_free(course->ctx, &mesh);
+        note_error(&f[0], &f[1], &f[2], benchmark_summary(distances, course->sample_count));
+        note_error(&f[3], NULL, &f[4], benchmark_summary(edges, edge_count));
+        bvh_free(&bvh);
     }
     free(distances);
     free(edges);
-    return status;
 }
 
-static springls_status measure_surface(struct course *course)
+static springls_status measure_zero_level(struct course *course, enum motion_figure first)
 {
     const struct benchmark *problem = &course->motion->problem;
     double *f = course->figures;
-    springls_measures now;
     springls_mesh mesh;
-    springls_view vertices;
-    springls_status status = springls_measure(course->ctx, &now);
+    const springls_status status = springls_extract_mesh(course->ctx, &mesh);
     if (status == SPRINGLS_OK) {
-        f[MOTION_volume_end] = 100.0 * (now.volume / course->start.volume - 1.0);
-        f[MOTION_components_end] = now.components;
-        f[MOTION_euler_end] = now.euler;
-        status = zero_level(course, &mesh, &vertices);
-    }
-    if (status == SPRINGLS_OK) {
-        if (problem->shape && problem->reverses) {
+        const springls_view own = {mesh.positions, mesh.vertex_count, 3 * sizeof(float)};
+        const springls_view vertices = problem_view(course, own, 1);
+        measure_samples(course, first, vertices, mesh.triangles, mesh.triangle_count);
+        if (first == MOTION_end_mean && problem->shape && problem->reverses) {
             note_error(&f[MOTION_surface_mean], NULL, &f[MOTION_surface_max], benchmark_deformation(problem, vertices));
         }
         free_view(vertices);
         springls_mesh_free(course->ctx, &mesh);
-        if (!problem->reverses) {
-            benchmark_flow(problem, problem->duration, course->samples, course->sample_count);
-        }
-        status = measure_samples(course, MOTION_moved_mean);
     }
     return status;
+}
+
+/* How well springls cover the exact surface. */
+static void measure_cover(struct course *course)
+{
+    const springls_view corners = problem_view(course, springls_view_vertices(course->ctx), 3);
+    measure_samples(course, MOTION_cover_mean, corners, NULL, corners.count / 3);
+    free_view(corners);
 }
 
 /* Degrees; 0 for a triangle with two corners in one place. */
@@ -308,12 +288,25 @@ static void measure_angles(struct course *course)
 
 static springls_status measure_end(struct course *course)
 {
+    const struct benchmark *problem = &course->motion->problem;
+    springls_measures now;
     measure_particles(course);
     measure_angles(course);
     course->figures[MOTION_springls_end] = springls_count(course->ctx);
     course->figures[MOTION_steps] = springls_get_stats(course->ctx).steps;
     course->figures[MOTION_cpu_ms_a_step] = 1e3 * course->figures[MOTION_cpu_seconds] / course->figures[MOTION_steps];
-    return measure_surface(course);
+    if (!problem->reverses) {
+        benchmark_flow(problem, problem->duration, course->samples, course->sample_count);
+    }
+    measure_cover(course);
+    const springls_status status = springls_measure(course->ctx, &now);
+    if (status != SPRINGLS_OK) {
+        return status;
+    }
+    course->figures[MOTION_volume_end] = 100.0 * (now.volume / course->start.volume - 1.0);
+    course->figures[MOTION_components_end] = now.components;
+    course->figures[MOTION_euler_end] = now.euler;
+    return measure_zero_level(course, MOTION_end_mean);
 }
 
 /* ---- the run ---- */
@@ -337,7 +330,7 @@ static springls_status make_model(struct course *course, const struct motion_set
         course->figures[MOTION_components_start] = course->start.components;
         course->figures[MOTION_euler_start] = course->start.euler;
         course->figures[MOTION_springls_start] = springls_count(course->ctx);
-        status = measure_samples(course, MOTION_given_mean);
+        status = measure_zero_level(course, MOTION_start_mean);
     }
     return status;
 }

@@ -31,10 +31,11 @@ struct motion_setting {
     X(tracking_mean) X(tracking_q99) X(tracking_max)      /* at the end, particle to where the exact flow takes a */    \
     X(halfway_mean) X(halfway_q99) X(halfway_max)         /* the same at half time */                                   \
     X(surface_mean) X(surface_max)                        /* vertices of the zero level to the exact shape */           \
-    X(given_mean) X(given_q99) X(given_max)               /* points of the given surface to the start's zero level */   \
-    X(given_edge_mean) X(given_edge_max)                  /* of them, those on sharp edges */                           \
-    X(moved_mean) X(moved_q99) X(moved_max)               /* the points moved exactly, to the end's zero level */       \
-    X(moved_edge_mean) X(moved_edge_max)                                                                                \
+    /* From points of the given surface to the start's zero level: all, and those on sharp edges. From where the exact */ \
+    /* flow takes them to the end's zero level, and to its springls. */                                                  \
+    X(start_mean) X(start_q99) X(start_max) X(start_edge_mean) X(start_edge_max)                                        \
+    X(end_mean) X(end_q99) X(end_max) X(end_edge_mean) X(end_edge_max)                                                  \
+    X(cover_mean) X(cover_q99) X(cover_max) X(cover_edge_mean) X(cover_edge_max)                                        \
     X(volume_halfway) X(volume_end)                       /* error in percent of the exact multiple of the start's */   \
     X(components_start) X(components_halfway) X(components_end)                                                         \
     X(euler_start) X(euler_halfway) X(euler_end)                                                                        \

@@ -18,7 +18,14 @@
 
 static const double pi = 3.14159265358979323846;
 
-/* ---- flows: x - the grid's middle, in units of the grid, goes in; grids a unit of time come out ---- */
+/* Everything is placed about this point of the grid. It is off the lattice: a gap whose middle plane has voxels on it stays
+   open however narrow it becomes. */
+static double middle_of(double grid)
+{
+    return 0.5 * grid + 0.37;
+}
+
+/* ---- flows: x - the middle, in units of the grid, goes in; grids a unit of time come out ---- */
 
 /* All last from 0 to DURATION. Reversing ones have moved by one unit of their field at half time. */
 enum { DURATION = 2 };
@@ -34,7 +41,7 @@ static void velocity(const void *user, const double x[3], double factor, double 
     const struct flow *flow = user;
     double y[3];
     for (int c = 0; c < 3; ++c) {
-        y[c] = x[c] / flow->grid - 0.5;
+        y[c] = (x[c] - middle_of(flow->grid)) / flow->grid;
     }
     flow->field(y, v);
     for (int c = 0; c < 3; ++c) {
@@ -89,8 +96,8 @@ static void pull_together(double speed, double width, const double x[3], double 
 /* Squeezes what is between the bodies, and their poles, to a thirtieth. */
 static void press(const double x[3], double v[3]) { pull_together(0.12, 0.035, x, v); }
 
-/* To a third. */
-static void touch(const double x[3], double v[3]) { pull_together(0.06, 0.05, x, v); }
+/* To a fifth: less than a voxel of gap remains between bodies that are close already, and they keep their shape. */
+static void touch(const double x[3], double v[3]) { pull_together(0.08, 0.05, x, v); }
 
 /* Two radians about a skew axis and along. */
 static void screw(const double x[3], double v[3])
@@ -125,7 +132,7 @@ static bool part_has(int cells, int i, int j, int k)
 /* Lattice point 0 of an axis; not on the voxels' lattice. */
 static double part_corner(const struct flow *flow)
 {
-    return 0.5 * flow->grid - 0.5 * cell_voxels * flow->part_cells;
+    return middle_of(flow->grid) - 0.5 * cell_voxels * flow->part_cells;
 }
 
 /* The eight cells about a vertex show how many of the axes have a face there: two or more make an edge. */
@@ -191,7 +198,7 @@ static bool make_part(const struct flow *flow, struct mesh *mesh)
 
 /* ---- scanned bodies ---- */
 
-/* In the middle of the grid, its longest side `size` of the grid's. */
+/* In the middle, its longest side `size` of the grid's. */
 static void fit(struct mesh *mesh, double grid, double size)
 {
     double low[3], high[3], longest = 0.0;
@@ -205,7 +212,7 @@ static void fit(struct mesh *mesh, double grid, double size)
     }
     for (size_t i = 0; i < 3 * mesh->vertex_count; ++i) {
         const double middle = 0.5 * (low[i % 3] + high[i % 3]);
-        mesh->positions[i] = (float)(0.5 * grid + size * grid * ((double)mesh->positions[i] - middle) / longest);
+        mesh->positions[i] = (float)(middle_of(grid) + size * grid * ((double)mesh->positions[i] - middle) / longest);
     }
 }
 
@@ -250,8 +257,8 @@ static void take_shape(struct motion *motion, springls_implicit_fn shape, void *
 /* Two balls on both sides of the plane x = 0, their centres `apart` from it. */
 static void two_balls(float n, float apart, springls_sphere spheres[2], springls_metasphere *two)
 {
-    const springls_sphere left = {{(0.5f - apart) * n, 0.5f * n, 0.5f * n}, 0.1f * n};
-    const springls_sphere right = {{(0.5f + apart) * n, 0.5f * n, 0.5f * n}, 0.1f * n};
+    const float m = (float)middle_of((double)n);
+    const springls_sphere left = {{m - apart * n, m, m}, 0.1f * n}, right = {{m + apart * n, m, m}, 0.1f * n};
     spheres[0] = left;
     spheres[1] = right;
     two->spheres = spheres;
@@ -260,15 +267,16 @@ static void two_balls(float n, float apart, springls_sphere spheres[2], springls
 
 static void make_bodies(struct bodies *b, float n, struct motion *motions, struct flow *flows)
 {
-    const springls_box bar = {{0.5f * n, 0.5f * n, 0.5f * n}, {0.12f * n, 0.3f * n, 0.12f * n}};
-    const springls_notched_sphere notched = {{0.5f * n, 0.5f * n, 0.5f * n}, 0.25f * n, 0.1f * n, 0.35f * n};
-    const springls_torus torus = {{0.5f * n, 0.5f * n, 0.5f * n}, {0.0f, 0.0f, 1.0f}, 0.22f * n, 0.07f * n};
-    const springls_sphere ball = {{0.72f * n, 0.5f * n, 0.5f * n}, 0.12f * n};
+    const float m = (float)middle_of((double)n);
+    const springls_box bar = {{m, m, m}, {0.12f * n, 0.3f * n, 0.12f * n}};
+    const springls_notched_sphere notched = {{m, m, m}, 0.25f * n, 0.1f * n, 0.35f * n};
+    const springls_torus torus = {{m, m, m}, {0.0f, 0.0f, 1.0f}, 0.22f * n, 0.07f * n};
+    const springls_sphere ball = {{m + 0.22f * n, m, m}, 0.12f * n};
     b->bar = bar;
     b->notched = notched;
     b->torus = torus;
     b->ball = ball;
-    two_balls(n, 0.12f, b->near, &b->two_near);
+    two_balls(n, 0.11f, b->near, &b->two_near);
     two_balls(n, 0.14f, b->far, &b->two_far);
     if (read_body("armadillo.off", (double)n, 0.6, &b->meshes[TWIST])) {
         motions[TWIST].mesh = &b->meshes[TWIST];
@@ -321,6 +329,12 @@ static const char *error_cell(const struct motion_case *c, int orders, enum moti
     return text;
 }
 
+/* Mean and largest. */
+static const char *edge_cell(const struct motion_case *c, int orders, enum motion_figure first)
+{
+    return cell2("%.3f / %.2f", motion_mean(c, orders, first), motion_mean(c, orders, (enum motion_figure)((int)first + 1)));
+}
+
 /* A count at the start, at half time and at the end; a range where the orders differ. */
 static const char *phases_cell(const struct motion_case *c, int orders, enum motion_figure first, char text[TABLE_CELL])
 {
@@ -354,17 +368,29 @@ static void print_surfaces(const struct motion_case *cases, int orders)
 {
     static struct table table;
     table_begin(&table);
-    table_row(&table, "zero level|from the given surface at the start mean / 99 %% / max|from where it is at the end|"
-                      "at sharp edges: start mean / max|end|parts wanted|parts|Euler");
+    table_row(&table, "from the exact surface|to the zero level, start mean / 99 %% / max|to the zero level|to springls|"
+                      "at sharp edges: to the zero level, start mean / max|to the zero level|to springls");
+    for (const struct motion_case *c = cases; c < cases + MOTIONS; ++c) {
+        char start[TABLE_CELL], end[TABLE_CELL], cover[TABLE_CELL];
+        table_row(&table, "%s|%s|%s|%s|%s|%s|%s", c->name, error_cell(c, orders, MOTION_start_mean, start),
+                  error_cell(c, orders, MOTION_end_mean, end), error_cell(c, orders, MOTION_cover_mean, cover),
+                  edge_cell(c, orders, MOTION_start_edge_mean), edge_cell(c, orders, MOTION_end_edge_mean),
+                  edge_cell(c, orders, MOTION_cover_edge_mean));
+    }
+    table_print(&table, stdout);
+    printf("\n");
+}
+
+static void print_topology(const struct motion_case *cases, int orders)
+{
+    static struct table table;
+    table_begin(&table);
+    table_row(&table, "start, half time, end|parts wanted|parts|Euler");
     for (int m = 0; m < MOTIONS; ++m) {
-        const struct motion_case *c = &cases[m];
-        char start[TABLE_CELL], end[TABLE_CELL], parts[TABLE_CELL], euler[TABLE_CELL];
-        table_row(&table, "%s|%s|%s|%s|%s|%d, %d, %d|%s|%s", c->name, error_cell(c, orders, MOTION_given_mean, start),
-                  error_cell(c, orders, MOTION_moved_mean, end),
-                  cell2("%.3f / %.2f", motion_mean(c, orders, MOTION_given_edge_mean), motion_mean(c, orders, MOTION_given_edge_max)),
-                  cell2("%.3f / %.2f", motion_mean(c, orders, MOTION_moved_edge_mean), motion_mean(c, orders, MOTION_moved_edge_max)),
-                  wanted_parts[m][0], wanted_parts[m][1], wanted_parts[m][2],
-                  phases_cell(c, orders, MOTION_components_start, parts), phases_cell(c, orders, MOTION_euler_start, euler));
+        char parts[TABLE_CELL], euler[TABLE_CELL];
+        table_row(&table, "%s|%d, %d, %d|%s|%s", cases[m].name, wanted_parts[m][0], wanted_parts[m][1], wanted_parts[m][2],
+                  phases_cell(&cases[m], orders, MOTION_components_start, parts),
+                  phases_cell(&cases[m], orders, MOTION_euler_start, euler));
     }
     table_print(&table, stdout);
     printf("\n");
@@ -443,6 +469,7 @@ int main(void)
     motion_run_all(cases, MOTIONS, orders);
     print_errors(cases, orders);
     print_surfaces(cases, orders);
+    print_topology(cases, orders);
     print_costs(cases, orders);
     int failures = motion_print_failures(cases, MOTIONS, orders);
     if (!write_json(cases, orders)) {
