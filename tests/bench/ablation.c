@@ -185,7 +185,7 @@ int main(void)
     springls_deformation_flow flow = {n, (float)period};
     const struct motion motion = {.problem = {.name = "leveque",
                                               .grid = grid,
-                                              .steps = (int)fmax(2.0, floor(period * grid / 0.64 + 0.5)),
+                                              .steps = 2 * (int)fmax(1.0, floor(period * grid / 1.28 + 0.5)),
                                               .period = period,
                                               .duration = period,
                                               .reverses = true,

@@ -14,7 +14,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { MOST_SAMPLES = 30000, SUBSTEPS = 4, BATCH = 64 };
+enum { MOST_SAMPLES = 30000, BATCH = 64 };
 
 /* A run in progress. The problem's coordinate c is the model's coordinate (c + order) % 3. */
 struct course {
@@ -293,7 +293,6 @@ static springls_status measure_end(struct course *course)
     measure_particles(course);
     measure_angles(course);
     course->figures[MOTION_springls_end] = springls_count(course->ctx);
-    course->figures[MOTION_steps] = springls_get_stats(course->ctx).steps;
     course->figures[MOTION_cpu_ms_a_step] = 1e3 * course->figures[MOTION_cpu_seconds] / course->figures[MOTION_steps];
     if (!problem->reverses) {
         benchmark_flow(problem, problem->duration, course->samples, course->sample_count);
@@ -342,45 +341,75 @@ static double thread_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* springls_step cuts a dt by the speed that it begins with. The flows change speed, so the run is given in pieces of about
-   SUBSTEPS sub-steps where it is fastest, an even number of them so that half time is between two. */
-static springls_status count_pieces(struct course *course, const struct motion_setting *setting, int *pieces)
+/* How far the fastest particle gets in dt: the mean of its speeds at both ends. */
+static springls_status reach(struct course *course, double time, double dt, double *voxels)
 {
-    const struct benchmark *problem = &course->motion->problem;
-    float speed = 0.0f;
-    *pieces = problem->steps;
-    if (setting->max_displacement == 0.0f) {
-        return SPRINGLS_OK;
+    float first = 0.0f, last = 0.0f;
+    springls_status status = springls_max_speed(course->ctx, &course->forces, (float)time, &first);
+    status = status == SPRINGLS_OK ? springls_max_speed(course->ctx, &course->forces, (float)(time + dt), &last) : status;
+    *voxels = 0.5 * dt * ((double)first + (double)last);
+    return status;
+}
+
+/* The longest step from `time`, `most` at most, that is no longer than max_displacement. springls_step by itself looks at
+   the speed at the beginning of dt, and these flows begin their way back at rest. */
+static springls_status choose_dt(struct course *course, float max_displacement, double time, double most, double *dt)
+{
+    enum { BISECTIONS = 12 };
+    double shorter = 0.0, longer = most, voxels;
+    springls_status status = reach(course, time, most, &voxels);
+    for (int i = 0; i < BISECTIONS && status == SPRINGLS_OK && (i > 0 || voxels > (double)max_displacement); ++i) {
+        *dt = 0.5 * (shorter + longer);
+        status = reach(course, time, *dt, &voxels);
+        if (voxels > (double)max_displacement) {
+            longer = *dt;
+        } else {
+            shorter = *dt;
+        }
     }
-    const springls_status status = springls_max_speed(course->ctx, &course->forces, 0.0f, &speed);
-    const double half = 0.5 * problem->duration * (double)speed / (SUBSTEPS * (double)setting->max_displacement);
-    *pieces = 2 * (int)ceil(fmax(1.0, half));
+    *dt = longer;
+    return status;
+}
+
+static springls_status take_step(struct course *course, double time, double dt, float max_displacement)
+{
+    double *f = course->figures;
+    const double started = thread_seconds();
+    springls_step_desc step;
+    memset(&step, 0, sizeof step);
+    step.forces = &course->forces;
+    step.dt = (float)dt;
+    step.max_displacement = 1.01f * max_displacement; /* choose_dt has some play */
+    springls_set_time(course->ctx, time);
+    const springls_status status = springls_step(course->ctx, &step);
+    f[MOTION_cpu_seconds] += thread_seconds() - started;
+    f[MOTION_springls_mean] += springls_count(course->ctx); /* a sum so far */
+    f[MOTION_steps] += 1.0;
     return status;
 }
 
 static springls_status move(struct course *course, const struct motion_setting *setting)
 {
-    const double duration = course->motion->problem.duration;
-    double springls = 0.0, seconds = 0.0;
-    springls_step_desc step;
-    int pieces;
-    springls_status status = count_pieces(course, setting, &pieces);
-    memset(&step, 0, sizeof step);
-    step.forces = &course->forces;
-    step.dt = (float)(duration / pieces);
-    step.max_displacement = setting->max_displacement;
-    for (int k = 1; k <= pieces && status == SPRINGLS_OK; ++k) {
-        springls_set_time(course->ctx, duration * (k - 1) / pieces);
-        const double started = thread_seconds();
-        status = springls_step(course->ctx, &step);
-        seconds += thread_seconds() - started;
-        springls += springls_count(course->ctx);
-        if (status == SPRINGLS_OK && k == pieces / 2) {
-            status = measure_halfway(course, duration * k / pieces);
+    const struct benchmark *problem = &course->motion->problem;
+    const double half = 0.5 * problem->duration, equal = problem->duration / problem->steps;
+    double *f = course->figures;
+    springls_status status = SPRINGLS_OK;
+    f[MOTION_cpu_seconds] = f[MOTION_springls_mean] = f[MOTION_steps] = 0.0;
+    for (int k = 0; k < 2 && status == SPRINGLS_OK; ++k) {
+        double done = 0.0;
+        while (done < (1.0 - 1e-6) * half && status == SPRINGLS_OK) {
+            double dt = equal;
+            if (setting->max_displacement > 0.0f) {
+                status = choose_dt(course, setting->max_displacement, k * half + done, half - done, &dt);
+            }
+            status = status == SPRINGLS_OK ? take_step(course, k * half + done, dt, setting->max_displacement) : status;
+            done += dt;
+        }
+        if (k == 0 && status == SPRINGLS_OK) {
+            status = measure_halfway(course, half);
         }
     }
-    course->figures[MOTION_cpu_seconds] = seconds;
-    course->figures[MOTION_springls_mean] = springls / pieces;
+    f[MOTION_springls_mean] /= f[MOTION_steps];
     return status;
 }
 

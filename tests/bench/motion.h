@@ -22,7 +22,7 @@ struct motion {
 
 struct motion_setting {
     springls_params params;
-    float max_displacement; /* voxels a step; 0: problem.steps steps of equal time */
+    float max_displacement; /* voxels a step; 0: problem.steps steps of equal time, an even number */
 };
 
 /* Distances in voxels; angles in degrees; cpu of the steps alone, by the thread's clock. */

@@ -27,12 +27,13 @@ static double middle_of(double grid)
 
 /* ---- flows: x - the middle, in units of the grid, goes in; grids a unit of time come out ---- */
 
-/* All last from 0 to DURATION. Reversing ones have moved by one unit of their field at half time. */
+/* All last from 0 to DURATION. Those that go back have moved by one unit of their field at half time. */
 enum { DURATION = 2 };
 
 struct flow {
     double grid;
     void (*field)(const double x[3], double v[3]);
+    double back;    /* times as far back as there; 0: on and on */
     int part_cells; /* of the part's longest side */
 };
 
@@ -49,16 +50,11 @@ static void velocity(const void *user, const double x[3], double factor, double 
     }
 }
 
-static double there_and_back(const void *flow, double time)
+static double time_factor(const void *user, double time)
 {
-    (void)flow;
-    return pi / DURATION * cos(pi * time / DURATION);
-}
-
-static double steady(const void *flow, double time)
-{
-    (void)flow, (void)time;
-    return 1.0 / DURATION;
+    const struct flow *flow = user;
+    const double there = pi / DURATION * cos(pi * time / DURATION);
+    return flow->back > 0.0 ? there * (2.0 * time > DURATION ? flow->back : 1.0) : 1.0 / DURATION;
 }
 
 /* A whole turn a grid's length along y. */
@@ -84,7 +80,9 @@ static void grow(const double x[3], double v[3])
     }
 }
 
-/* Pulls both sides of the plane x = 0 towards it and lets them out sideways; without divergence. */
+/* Moves both sides of the plane x = 0 towards it and lets them out sideways; without divergence. Bodies that have merged
+   there stay joined by a thread on the way back, and rightly so; they go back several times as far, until it is thinner than
+   a voxel. */
 static void pull_together(double speed, double width, const double x[3], double v[3])
 {
     const double t = tanh(x[0] / width), out = 0.5 * speed / width * (1.0 - t * t);
@@ -301,6 +299,7 @@ static void make_bodies(struct bodies *b, float n, struct motion *motions, struc
 
 static void make_motions(int grid, struct motion motions[MOTIONS], struct flow flows[MOTIONS])
 {
+    static const double back[MOTIONS] = {1.0, 1.0, 1.0, 4.0, 2.5, 0.0, 0.0};
     static void (*const fields[MOTIONS])(const double *, double *) = {twist, shear, grow, touch, press, screw, swirl};
     for (int m = 0; m < MOTIONS; ++m) {
         struct benchmark *problem = &motions[m].problem;
@@ -308,10 +307,11 @@ static void make_motions(int grid, struct motion motions[MOTIONS], struct flow f
         flows[m].field = fields[m];
         problem->grid = grid;
         problem->duration = DURATION;
-        problem->reverses = m != SCREW && m != SWIRL;
+        flows[m].back = back[m];
+        problem->reverses = back[m] == 1.0;
         problem->flow = &flows[m];
         problem->exact_velocity = velocity;
-        problem->exact_time_factor = problem->reverses ? there_and_back : steady;
+        problem->exact_time_factor = time_factor;
         motions[m].halfway_volume = m == GROW ? growth * growth * growth : 1.0;
     }
 }
