@@ -47,7 +47,7 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper install format clean \
+.PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper ablation motions install format clean \
         asan ubsan tsan compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -161,14 +161,16 @@ compile-matrix: deps-matrix   ## springls.h in every language, linkage and names
 
 # ---- measurements ----
 
-# bench and paper start the example programs and these, and read what they print; they share tests/bench/{runs,table}.c.
+# bench and paper start the example programs and these, and read what they print; ablation and motions run the library
+# themselves, by motion.c. All share tests/bench/{runs,table}.c.
 BENCH_SHARED  := tests/bench/runs.c tests/bench/table.c
 BENCH_HEADERS := $(wildcard tests/bench/*.h examples/common/*.h)
 
-build/bench/bench build/bench/paper: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
+build/bench/bench build/bench/paper build/bench/ablation build/bench/motions: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -o $@ $(filter %.c,$^) build/libcommon.a $(EXAMPLE_LIBS)
 build/bench/bench: tests/bench/bench.c
 build/bench/paper: $(wildcard tests/bench/paper*.c) springls.h
+build/bench/ablation build/bench/motions: build/bench/%: tests/bench/%.c tests/bench/motion.c springls.h
 
 build/bench/%: tests/bench/%.c springls.h build/libcommon.a build/bench/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
@@ -188,6 +190,14 @@ bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, compile ti
 paper: deps-demo   ## the paper's tables and figures from our runs (some: PAPER="table3 fig14"; FULL=1; KEEP=1)
 	@$(MAKE) --no-print-directory $(PAPER_PROGRAMS)
 	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(PAPER)
+
+ablation: deps-demo   ## what each improvement over the paper is worth on LeVeque's test (GRID=64 PERIOD=2 ORDERS=3)
+	@$(MAKE) --no-print-directory build/bench/ablation
+	@build/bench/ablation
+
+motions: deps-demo   ## the default parameters on motions with known answers (GRID=128 STEP=1.28 ORDERS=3)
+	@$(MAKE) --no-print-directory build/bench/motions
+	@build/bench/motions
 
 # ---- the rest ----
 

@@ -52,7 +52,7 @@ struct benchmark_options benchmark_defaults(void);
 void benchmark_option_table(struct benchmark_options *options, struct cli_option *table);
 
 struct benchmark_error {
-    double mean, std, max;
+    double mean, std, q99, max; /* q99: of 99 in 100 */
 };
 
 struct benchmark_result {
@@ -72,6 +72,9 @@ struct benchmark_result {
 int benchmark_main(const struct benchmark *benchmark, const struct benchmark_options *options);
 
 /* ---- pieces ---- */
+struct benchmark_error benchmark_summary(double *values, int count); /* sorts them; NAN when there are none */
+/* Points, 3 numbers each, moved by the exact flow from time 0 to `time`. */
+void benchmark_flow(const struct benchmark *benchmark, double time, double *points, int count);
 struct benchmark_error benchmark_deformation(const struct benchmark *benchmark, springls_view particles);
 struct benchmark_error benchmark_tracking(springls_view particles, springls_view correspondences);
 /* Correspondences carried by the exact flow to `time`, against the particles. */

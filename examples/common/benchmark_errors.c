@@ -4,28 +4,42 @@
 #include <math.h>
 #include <stdlib.h>
 
-struct sums {
-    double sum, squares, max;
-    int count;
-};
-
-static void sums_add(struct sums *s, double value)
+static int ascending(const void *a, const void *b)
 {
-    s->sum += value;
-    s->squares += value * value;
-    s->max = fmax(s->max, value);
-    s->count++;
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
 }
 
-static struct benchmark_error sums_result(const struct sums *s)
+struct benchmark_error benchmark_summary(double *values, int count)
 {
-    struct benchmark_error e = {NAN, NAN, NAN};
-    if (s->count > 0) {
-        e.mean = s->sum / s->count;
-        e.std = sqrt(fmax(0.0, s->squares / s->count - e.mean * e.mean));
-        e.max = s->max;
+    struct benchmark_error e = {NAN, NAN, NAN, NAN};
+    double sum = 0.0, squares = 0.0;
+    if (count <= 0) {
+        return e;
     }
+    for (int i = 0; i < count; ++i) {
+        sum += values[i];
+        squares += values[i] * values[i];
+    }
+    e.mean = sum / count;
+    e.std = sqrt(fmax(0.0, squares / count - e.mean * e.mean));
+    qsort(values, (size_t)count, sizeof *values, ascending);
+    e.q99 = values[(int)ceil(0.99 * count) - 1];
+    e.max = values[count - 1];
     return e;
+}
+
+/* Of `count` values, which it frees; NULL: there was no memory for them. */
+static struct benchmark_error summary_of(double *values, int count)
+{
+    const struct benchmark_error e = benchmark_summary(values, values ? count : 0);
+    free(values);
+    return e;
+}
+
+static double *room_for(int count)
+{
+    return malloc(sizeof(double) * (size_t)(count + 1));
 }
 
 static const float *item(springls_view view, int i)
@@ -40,24 +54,24 @@ static double distance(const float a[3], const double b[3])
 
 struct benchmark_error benchmark_deformation(const struct benchmark *b, springls_view particles)
 {
-    struct sums s = {0.0, 0.0, 0.0, 0};
-    for (int i = 0; i < particles.count; ++i) {
+    double *errors = room_for(particles.count);
+    for (int i = 0; errors && i < particles.count; ++i) {
         float phi = 0.0f;
         b->shape(b->shape_data, item(particles, i), 1, &phi);
-        sums_add(&s, fabs((double)phi));
+        errors[i] = fabs((double)phi);
     }
-    return sums_result(&s);
+    return summary_of(errors, particles.count);
 }
 
 struct benchmark_error benchmark_tracking(springls_view particles, springls_view correspondences)
 {
-    struct sums s = {0.0, 0.0, 0.0, 0};
-    for (int i = 0; i < particles.count; ++i) {
+    double *errors = room_for(particles.count);
+    for (int i = 0; errors && i < particles.count; ++i) {
         const float *a = item(correspondences, i);
         const double start[3] = {a[0], a[1], a[2]};
-        sums_add(&s, distance(item(particles, i), start));
+        errors[i] = distance(item(particles, i), start);
     }
-    return sums_result(&s);
+    return summary_of(errors, particles.count);
 }
 
 /* x moved by one classical Runge-Kutta step; factors at the begin, the middle and the end of the step. */
@@ -77,31 +91,35 @@ static void exact_step(const struct benchmark *b, const double factors[3], doubl
     }
 }
 
-struct benchmark_error benchmark_flow_error(const struct benchmark *b, double time, springls_view particles,
-                                            springls_view correspondences)
+void benchmark_flow(const struct benchmark *b, double time, double *points, int count)
 {
     enum { STEPS = 256 }; /* leaves less than 1/1000 voxel */
     double factors[2 * STEPS + 1];
-    struct sums s = {0.0, 0.0, 0.0, 0};
-    double *errors = malloc(sizeof *errors * (size_t)(particles.count + 1));
-    if (!errors) {
-        return sums_result(&s);
-    }
     for (int k = 0; k <= 2 * STEPS; ++k) {
         factors[k] = b->exact_time_factor(b->flow, time * k / (2 * STEPS));
     }
 #pragma omp parallel for schedule(static)
-    for (int i = 0; i < particles.count; ++i) {
-        const float *a = item(correspondences, i);
-        double x[3] = {a[0], a[1], a[2]};
+    for (int i = 0; i < count; ++i) {
         for (int k = 0; k < STEPS; ++k) {
-            exact_step(b, factors + 2 * k, time / STEPS, x);
+            exact_step(b, factors + 2 * k, time / STEPS, points + 3 * i);
         }
-        errors[i] = distance(item(particles, i), x);
     }
-    for (int i = 0; i < particles.count; ++i) {
-        sums_add(&s, errors[i]);
+}
+
+struct benchmark_error benchmark_flow_error(const struct benchmark *b, double time, springls_view particles,
+                                            springls_view correspondences)
+{
+    double *errors = room_for(particles.count), *moved = room_for(3 * particles.count);
+    if (errors && moved) {
+        for (int i = 0; i < 3 * particles.count; ++i) {
+            moved[i] = (double)item(correspondences, i / 3)[i % 3];
+        }
+        benchmark_flow(b, time, moved, particles.count);
+        for (int i = 0; i < particles.count; ++i) {
+            errors[i] = distance(item(particles, i), moved + 3 * i);
+        }
     }
-    free(errors);
-    return sums_result(&s);
+    const struct benchmark_error e = summary_of(errors, moved ? particles.count : 0);
+    free(moved);
+    return e;
 }

@@ -52,6 +52,16 @@ static const struct member *find_member(const char *name, size_t length)
     return NULL;
 }
 
+const char *run_member_at(size_t offset)
+{
+    for (size_t i = 0; i < sizeof members / sizeof *members; ++i) {
+        if (members[i].offset <= offset && offset < members[i].offset + 4) {
+            return members[i].name;
+        }
+    }
+    return "one that --set does not know either";
+}
+
 /* One "name=value" of `length` characters. */
 static bool set_member(springls_params *params, const char *text, size_t length)
 {

@@ -5,12 +5,17 @@
 #include "cli.h"
 #include "springls.h"
 
+#include <stddef.h>
+
 /* Help text of the option --set of every program that passes it on to run_options. */
 #define RUN_OPTIONS_SET_HELP "change parameters: name=value[,name=value...], names as in springls_params"
 
 /* The set named by --params, then the members named by `set` ("name=value,name=value"; NULL = none). Also sets the number
  * of threads and makes the folder of --out. CLI_GO_ON, or the exit status after one line on stderr. */
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
+
+/* The name of the member of springls_params at this offset, or a phrase: --set does not know it. */
+const char *run_member_at(size_t offset);
 
 int run_threads(void); /* threads that parallel loops use now */
 
