@@ -1790,19 +1790,22 @@ SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
     return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
 }
 
-/* A doubtful voxel takes the side of its neighbour nearest to the surface, if that one knows. */
+/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */
+SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }
+
+/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
+   much. Where all are in doubt the voxel stays so. */
 SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
 {
-    float best = v.xm, d;
+    float sum, nearest;
     if (!springls__is_doubtful(v.c, far_value)) return v.c;
-    best = springls__fabs(v.xp) < springls__fabs(best) ? v.xp : best;
-    best = springls__fabs(v.ym) < springls__fabs(best) ? v.ym : best;
-    best = springls__fabs(v.yp) < springls__fabs(best) ? v.yp : best;
-    best = springls__fabs(v.zm) < springls__fabs(best) ? v.zm : best;
-    best = springls__fabs(v.zp) < springls__fabs(best) ? v.zp : best;
-    if (springls__is_doubtful(best, far_value)) return v.c;
-    d = springls__min(springls__fabs(best) + 1.0f, far_value);
-    return best < 0.0f ? -d : d;
+    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
+        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
+    if (sum == 0.0f) return v.c;
+    nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),
+                            springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
+    nearest = springls__min(nearest + 1.0f, far_value);
+    return sum < 0.0f ? -nearest : nearest;
 }
 
 /* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
@@ -2406,7 +2409,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.relax_iterations = 1;
     p.relax_step_length = 0.2f;
     p.relax_step_rotation = 0.2f;
-    p.kappa_int = 1.0f;
+    p.kappa_int = 1.5f;
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
@@ -2420,6 +2423,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
+    p.vertex_velocity = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -3751,27 +3755,32 @@ SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v
     }
 }
 
-/* springls__settled; true when it left a doubtful voxel. phi points into a tile. */
+SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
+}
+
+/* springls__settled; phi points into a tile. */
 SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec c = springls__vec_load(phi + i), best, size, m[5];
-        springls__vmask doubtful = springls__vec_abs(c) > 1.5f * far_value;
-        int k;
-        if (springls__vmask_any(doubtful)) {
-            best = springls__vec_load(phi + i - 1);
-            m[0] = springls__vec_load(phi + i + 1);
-            m[1] = springls__vec_load(phi + i - SPRINGLS__TILE);
-            m[2] = springls__vec_load(phi + i + SPRINGLS__TILE);
-            m[3] = springls__vec_load(phi + i - SPRINGLS__TILE * SPRINGLS__TILE);
-            m[4] = springls__vec_load(phi + i + SPRINGLS__TILE * SPRINGLS__TILE);
-            for (k = 0; k < 5; k++) best = springls__vec_select(springls__vec_abs(m[k]) < springls__vec_abs(best), m[k], best);
-            size = springls__vec_min(springls__vec_abs(best) + 1.0f, springls__vec_all(far_value));
-            size = springls__vec_select(best < 0.0f, -size, size);
-            c = springls__vec_select(doubtful & ~(springls__vec_abs(best) > 1.5f * far_value), size, c);
+        springls__vec_cross7 v;
+        springls__vec sum, nearest;
+        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
+        if (!springls__vmask_any(doubtful)) {
+            springls__vec_store(out + i, springls__vec_load(phi + i));
+            continue;
         }
-        springls__vec_store(out + i, c);
+        v = springls__tile_cross_lanes(phi + i);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
+            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
+                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
+                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
+        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
+        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
+        springls__vec_store(out + i, springls__vec_select(doubtful & (sum != 0.0f), nearest, v.c));
     }
 }
 
@@ -9647,19 +9656,22 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;\n",
     "}\n",
     "\n",
-    "/* A doubtful voxel takes the side of its neighbour nearest to the surface, if that one knows. */\n",
+    "/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */\n",
+    "SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }\n",
+    "\n",
+    "/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so\n",
+    "   much. Where all are in doubt the voxel stays so. */\n",
     "SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)\n",
     "{\n",
-    "    float best = v.xm, d;\n",
+    "    float sum, nearest;\n",
     "    if (!springls__is_doubtful(v.c, far_value)) return v.c;\n",
-    "    best = springls__fabs(v.xp) < springls__fabs(best) ? v.xp : best;\n",
-    "    best = springls__fabs(v.ym) < springls__fabs(best) ? v.ym : best;\n",
-    "    best = springls__fabs(v.yp) < springls__fabs(best) ? v.yp : best;\n",
-    "    best = springls__fabs(v.zm) < springls__fabs(best) ? v.zm : best;\n",
-    "    best = springls__fabs(v.zp) < springls__fabs(best) ? v.zp : best;\n",
-    "    if (springls__is_doubtful(best, far_value)) return v.c;\n",
-    "    d = springls__min(springls__fabs(best) + 1.0f, far_value);\n",
-    "    return best < 0.0f ? -d : d;\n",
+    "    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)\n",
+    "        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);\n",
+    "    if (sum == 0.0f) return v.c;\n",
+    "    nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),\n",
+    "                            springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
+    "    nearest = springls__min(nearest + 1.0f, far_value);\n",
+    "    return sum < 0.0f ? -nearest : nearest;\n",
     "}\n",
     "\n",
     "/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and\n",
@@ -9669,7 +9681,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1817 \"springls.h\"\n",
+    "#line 1820 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9809,7 +9821,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1958 \"springls.h\"\n",
+    "#line 1961 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9835,7 +9847,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 1985 \"springls.h\"\n",
+    "#line 1988 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

@@ -93,19 +93,22 @@ SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
     return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
 }
 
-/* A doubtful voxel takes the side of its neighbour nearest to the surface, if that one knows. */
+/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */
+SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }
+
+/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
+   much. Where all are in doubt the voxel stays so. */
 SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
 {
-    float best = v.xm, d;
+    float sum, nearest;
     if (!springls__is_doubtful(v.c, far_value)) return v.c;
-    best = springls__fabs(v.xp) < springls__fabs(best) ? v.xp : best;
-    best = springls__fabs(v.ym) < springls__fabs(best) ? v.ym : best;
-    best = springls__fabs(v.yp) < springls__fabs(best) ? v.yp : best;
-    best = springls__fabs(v.zm) < springls__fabs(best) ? v.zm : best;
-    best = springls__fabs(v.zp) < springls__fabs(best) ? v.zp : best;
-    if (springls__is_doubtful(best, far_value)) return v.c;
-    d = springls__min(springls__fabs(best) + 1.0f, far_value);
-    return best < 0.0f ? -d : d;
+    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
+        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
+    if (sum == 0.0f) return v.c;
+    nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),
+                            springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
+    nearest = springls__min(nearest + 1.0f, far_value);
+    return sum < 0.0f ? -nearest : nearest;
 }
 
 /* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and

@@ -81,27 +81,32 @@ SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v
     }
 }
 
-/* springls__settled; true when it left a doubtful voxel. phi points into a tile. */
+SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
+}
+
+/* springls__settled; phi points into a tile. */
 SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec c = springls__vec_load(phi + i), best, size, m[5];
-        springls__vmask doubtful = springls__vec_abs(c) > 1.5f * far_value;
-        int k;
-        if (springls__vmask_any(doubtful)) {
-            best = springls__vec_load(phi + i - 1);
-            m[0] = springls__vec_load(phi + i + 1);
-            m[1] = springls__vec_load(phi + i - SPRINGLS__TILE);
-            m[2] = springls__vec_load(phi + i + SPRINGLS__TILE);
-            m[3] = springls__vec_load(phi + i - SPRINGLS__TILE * SPRINGLS__TILE);
-            m[4] = springls__vec_load(phi + i + SPRINGLS__TILE * SPRINGLS__TILE);
-            for (k = 0; k < 5; k++) best = springls__vec_select(springls__vec_abs(m[k]) < springls__vec_abs(best), m[k], best);
-            size = springls__vec_min(springls__vec_abs(best) + 1.0f, springls__vec_all(far_value));
-            size = springls__vec_select(best < 0.0f, -size, size);
-            c = springls__vec_select(doubtful & ~(springls__vec_abs(best) > 1.5f * far_value), size, c);
+        springls__vec_cross7 v;
+        springls__vec sum, nearest;
+        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
+        if (!springls__vmask_any(doubtful)) {
+            springls__vec_store(out + i, springls__vec_load(phi + i));
+            continue;
         }
-        springls__vec_store(out + i, c);
+        v = springls__tile_cross_lanes(phi + i);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
+            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
+                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
+                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
+        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
+        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
+        springls__vec_store(out + i, springls__vec_select(doubtful & (sum != 0.0f), nearest, v.c));
     }
 }
 

@@ -60,7 +60,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.relax_iterations = 1;
     p.relax_step_length = 0.2f;
     p.relax_step_rotation = 0.2f;
-    p.kappa_int = 1.0f;
+    p.kappa_int = 1.5f;
     p.min_area = 0.05f;
     p.reshape = 1;
     p.merge_distance = 0.6f;
@@ -74,6 +74,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
+    p.vertex_velocity = 1;
     p.initial_stride = 1;
     return p;
 }
