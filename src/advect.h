@@ -71,7 +71,11 @@ typedef struct springls__advect_job {
     float dt, stage_time[4]; /* of the Runge-Kutta stages */
     bool stop_at_topology;
     springls__v3 *displacement; /* MOVERS a springl */
+    struct springls__block_motion *motion; /* one a block */
 } springls__advect_job;
+
+/* What a block's displacements come to. */
+typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
 /* Mean curvature of phi at x: the Laplacian of a distance. */
 SPRINGLS__FN float springls__curvature_at(const springls__grid *g, springls__v3 x)
@@ -145,6 +149,23 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         }
 }
 
+SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__v3 *displacement, int count)
+{
+    springls__block_motion motion;
+    int i;
+    motion.largest2 = 0.0f;
+    motion.moving = 0;
+    motion.finite = 1;
+    for (i = 0; i < SPRINGLS__MOVERS * count; i++) {
+        float d2 = springls__length2(displacement[i]);
+        if (!(d2 < 1e18f)) motion.finite = 0;
+        if (i % SPRINGLS__MOVERS) continue;
+        motion.largest2 = springls__max(motion.largest2, d2);
+        motion.moving += d2 > 1e-4f;
+    }
+    return motion;
+}
+
 SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
@@ -177,15 +198,18 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
                                           d[0], springls__springl_normal(&s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
+    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + (size_t)first * SPRINGLS__MOVERS, count);
 }
 
+SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
+
+/* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
 {
     const springls__advect_job *job = (const springls__advect_job *)arg;
-    while (begin < end) { /* blocks start at multiples, so callbacks see the same batches for any division */
-        int stop = springls__imin((begin / SPRINGLS__ADVECT_BLOCK + 1) * SPRINGLS__ADVECT_BLOCK, end);
-        springls__advect_block(job, begin, stop - begin);
-        begin = stop;
+    for (; begin < end; begin++) {
+        int first = begin * SPRINGLS__ADVECT_BLOCK;
+        springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->set.count - first));
     }
 }
 
@@ -207,23 +231,35 @@ SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, con
     job->stage_time[3] = time + spread;
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->pressure));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->velocity));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
     return springls__scratch(ctx, 0, (size_t)ctx->set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
+}
+
+SPRINGLS__FN void springls__move_task(void *arg, int begin, int end)
+{
+    const springls__advect_job *job = (const springls__advect_job *)arg;
+    int m;
+    for (; begin < end; begin++) {
+        springls__springl *s = &job->ctx->set.s[begin];
+        const springls__v3 *d = job->displacement + (size_t)begin * SPRINGLS__MOVERS;
+        s->p = springls__add(s->p, d[0]);
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
+        springls__springl_finish(s);
+    }
 }
 
 /* The largest particle displacement, or a negative number when any point's is not finite. */
 SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *job, int *moving)
 {
-    float largest = 0.0f;
-    int i, m;
+    float largest2 = 0.0f;
+    int i;
     *moving = 0;
-    for (i = 0; i < job->ctx->set.count; i++) {
-        const springls__v3 *d = job->displacement + (size_t)i * SPRINGLS__MOVERS;
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            if (!(springls__length2(d[m]) < 1e18f)) return -1.0f;
-        largest = springls__max(largest, springls__length2(d[0]));
-        *moving += springls__length2(d[0]) > 1e-4f;
+    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
+        if (!job->motion[i].finite) return -1.0f;
+        largest2 = springls__max(largest2, job->motion[i].largest2);
+        *moving += job->motion[i].moving;
     }
-    return springls__sqrt(largest);
+    return springls__sqrt(largest2);
 }
 
 /* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
@@ -232,20 +268,14 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
                                               float most, float *moved)
 {
     springls__advect_job job;
-    int i, m, moving;
+    int moving;
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
     job.stop_at_topology = stop_at_topology;
-    springls__parallel(ctx, ctx->set.count, SPRINGLS__ADVECT_BLOCK, springls__advect_task, &job);
+    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
     *moved = springls__largest_displacement(&job, &moving);
     if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    for (i = 0; i < ctx->set.count; i++) {
-        springls__springl *s = &ctx->set.s[i];
-        const springls__v3 *d = job.displacement + (size_t)i * SPRINGLS__MOVERS;
-        s->p = springls__add(s->p, d[0]);
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
-        springls__springl_finish(s);
-    }
+    springls__parallel(ctx, ctx->set.count, 512, springls__move_task, &job);
     ctx->stats.moved = *moved;
     ctx->stats.moving = ctx->set.count ? (float)moving / (float)ctx->set.count : 0.0f;
     springls__constellation_moved(ctx);
@@ -277,7 +307,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     euler = *forces;
     euler.integrator = SPRINGLS_EULER;
     SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
-    springls__parallel(ctx, ctx->set.count, SPRINGLS__ADVECT_BLOCK, springls__advect_task, &job);
+    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
     *speed = springls__largest_displacement(&job, &moving);
     if (*speed < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
     return SPRINGLS_OK;

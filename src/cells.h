@@ -24,24 +24,47 @@ SPRINGLS__FN void springls__box_bricks(const springls__grid *g, springls__v3 p, 
     hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
 }
 
-/* Bricks under all particles. */
-SPRINGLS__FN springls_status springls__cells_cover(springls_context *ctx)
+/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */
+static const size_t springls__large_key = SIZE_MAX, springls__missing_key = SIZE_MAX - 1;
+
+SPRINGLS__FN void springls__keys_task(void *arg, int begin, int end)
+{
+    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
+    const springls_context *ctx = (const springls_context *)arg;
+    const springls__grid *g = &ctx->grid;
+    size_t *key = (size_t *)ctx->cells.key_memory.data;
+    for (; begin < end; begin++) {
+        const springls__springl *s = &ctx->set.s[begin];
+        int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
+        int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
+        key[begin] = slot < SPRINGLS__FIRST_SLOT ? springls__missing_key : s->reach > reach_cap ? springls__large_key
+                   : (size_t)slot * SPRINGLS__CELLS + (size_t)springls__cell_in_brick(x, y, z) + 1;
+    }
+}
+
+/* Every particle's cell, its brick being made active if need be. */
+SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx, size_t **key)
 {
     springls__grid *g = &ctx->grid;
     int i, n = 0, *missing;
+    SPRINGLS__TRY(springls__grow(ctx, &ctx->cells.key_memory, (size_t)ctx->set.count + 1, sizeof(size_t), 0));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof(int), (void **)&missing));
+    *key = (size_t *)ctx->cells.key_memory.data;
+    springls__parallel(ctx, ctx->set.count, 1024, springls__keys_task, ctx);
     for (i = 0; i < ctx->set.count; i++) {
         springls__v3 p = ctx->set.s[i].p;
-        int brick = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
-                                       springls__cell_coordinate(p.z, g->size[2]));
-        if (g->top[brick] < SPRINGLS__FIRST_SLOT) missing[n++] = brick;
+        if ((*key)[i] == springls__missing_key)
+            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+                                              springls__cell_coordinate(p.z, g->size[2]));
     }
-    return springls__grid_add_bricks(ctx, g, missing, n);
+    if (n == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, missing, n));
+    springls__parallel(ctx, ctx->set.count, 1024, springls__keys_task, ctx);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
 {
-    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
     springls__grid *g = &ctx->grid;
     springls__cells *cells = &ctx->cells;
     const springls__springl *s = ctx->set.s;
@@ -50,27 +73,21 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     uint32_t running = 0;
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cells_cover(ctx));
+    SPRINGLS__TRY(springls__cell_keys(ctx, &key));
     SPRINGLS__TRY(springls__grow(ctx, &cells->ids_memory, n + 1, sizeof(uint32_t), 0));
     SPRINGLS__TRY(springls__grow(ctx, &cells->large_memory, n + 1, sizeof(uint32_t), 0));
-    SPRINGLS__TRY(springls__grow(ctx, &cells->key_memory, n + 1, sizeof(size_t), 0));
     cells->ids = (uint32_t *)cells->ids_memory.data;
     cells->large = (uint32_t *)cells->large_memory.data;
-    key = (size_t *)cells->key_memory.data;
     cells->reach = 0.0f;
     cells->large_count = 0;
     for (i = 0; i < g->active_count; i++)
         memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     for (i = 0; i < ctx->set.count; i++) { /* count, one place late: see the scan */
-        int x = springls__cell_coordinate(s[i].p.x, g->size[0]), y = springls__cell_coordinate(s[i].p.y, g->size[1]);
-        int z = springls__cell_coordinate(s[i].p.z, g->size[2]);
-        if (s[i].reach > reach_cap) {
+        if (key[i] == springls__large_key) {
             cells->large[cells->large_count++] = (uint32_t)i;
-            key[i] = SIZE_MAX;
             continue;
         }
         cells->reach = springls__max(cells->reach, s[i].reach);
-        key[i] = (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__CELLS + (size_t)springls__cell_in_brick(x, y, z) + 1;
         g->cell[key[i]]++;
     }
     for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
@@ -83,7 +100,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
         }
     }
     for (i = 0; i < ctx->set.count; i++) /* scatter: entry c+1 moves on to where cell c ends */
-        if (key[i] != SIZE_MAX) cells->ids[g->cell[key[i]]++] = (uint32_t)i;
+        if (key[i] != springls__large_key) cells->ids[g->cell[key[i]]++] = (uint32_t)i;
     ctx->cells_fresh = true;
     return SPRINGLS_OK;
 }
