@@ -35,6 +35,7 @@
      >>transform            src/transform.h
      >>advect               src/advect.h
      >>relax                src/relax.h
+     >>around               src/around.h
      >>contract             src/contract.h
      >>track                src/track.h
      >>resample             src/resample.h
@@ -1940,28 +1941,40 @@ SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 
     return fan;
 }
 
-/* The largest angle without a neighbour, and the direction that halves it. */
-typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;
+/* The two largest angles without a neighbour, and the direction that halves the largest. */
+typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;
 
 SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
 {
     const float turn = 6.28318531f, over_pi = 0.318309886f;
     springls__opening opening;
-    float from = 0.0f, middle;
+    float from, middle;
     int i;
     opening.angle = turn;
+    opening.second = 0.0f;
     opening.middle = fan.e1;
     if (fan.count == 0) return opening;
     from = fan.angle[fan.count - 1];
     opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
     for (i = 1; i < fan.count; i++) {
-        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;
+        float angle = fan.angle[i] - fan.angle[i - 1];
+        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
+        if (angle <= opening.angle) continue;
+        opening.angle = angle;
         from = fan.angle[i - 1];
-        opening.angle = fan.angle[i] - from;
     }
     middle = (from + 0.5f * opening.angle) * over_pi;
     opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
     return opening;
+}
+
+/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
+   two sides open, its end and a drop nearly all. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)
+{
+    const float degree = 0.0174532925f;
+    springls__opening opening = springls__fan_opening(fan);
+    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
 }
 
 /* what a context holds */
@@ -4182,6 +4195,58 @@ SPRINGLS_API springls_status springls_relax(springls_context *ctx)
     return springls__staged(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
 }
 
+/* ======== >>around  (src/around.h) ============================================================================= */
+/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
+
+/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls__v3 x, float radius)
+{
+    springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, radius);
+    float best = radius * radius;
+    int i, nearest = -1;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &ctx->set.s[i];
+        float d2, reach = radius + s->reach;
+        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x);
+        if (d2 < best || (d2 == best && i < nearest)) {
+            best = d2;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
+/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
+SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
+{
+    springls__fan fan = springls__fan_begin(n);
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
+    }
+    return springls__fan_opening(fan);
+}
+
+/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
+   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
+SPRINGLS__FN bool springls__in_sheet(const springls_context *ctx, springls__v3 x, springls__v3 n)
+{
+    const float r = 2.0f, high = 1.0f, aside = 0.7f;
+    springls__fan fan = springls__fan_begin(n);
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
+        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);
+    }
+    return springls__spans_sheet(fan) != 0;
+}
+
 /* ======== >>contract  (src/contract.h) ========================================================================= */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
@@ -4218,6 +4283,7 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     springls__v3 n = springls__springl_normal(s);
     springls__cell_walk walk;
     int other, beside = 0;
+    if (ctx->set.phi[i] > ctx->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
     walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r), springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
@@ -4886,42 +4952,33 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 
 /* phi at x when both sides of a thin sheet say that it lies between them: the nearest springl in front of it, seen straight
    on, and an opposed one. 0 otherwise; the two sides of a gap between bodies both say outside. */
-SPRINGLS__FN float springls__nucleus(const springls_context *ctx, int brick, springls__v3 x)
+SPRINGLS__FN float springls__nucleus(const springls_context *ctx, springls__v3 x)
 {
-    const float deepest = 0.8f, straight = 0.7f;
-    const springls__springl *s, *nearest = NULL;
+    const float r = SPRINGLS__PROJECT_RADIUS, deepest = 0.8f, straight = 0.7f;
+    springls__tri nearest;
     springls__v3 n, toward;
-    float best = deepest * deepest, weight = 0.0f, value = 0.0f, f;
-    int opposed = 0;
-    uint32_t k, first = ctx->cells.near_first[brick], last = ctx->cells.near_first[brick + 1];
-    for (k = first; k < last; k++) {
-        float d2, within;
-        s = &ctx->set.s[ctx->cells.near_ids[k]];
-        within = deepest + s->reach;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        d2 = springls__tri_closest(springls__springl_tri(s), x).d2;
-        if (d2 >= best) continue;
-        best = d2;
-        nearest = s;
-    }
-    if (!nearest) return 0.0f;
-    n = springls__springl_normal(nearest);
-    toward = springls__sub(springls__tri_closest(springls__springl_tri(nearest), x).point, x);
+    springls__cell_walk walk;
+    float weight = 0.0f, value = 0.0f;
+    int opposed = 0, i = springls__nearest_springl(ctx, x, deepest);
+    if (i < 0) return 0.0f;
+    nearest = springls__springl_tri(&ctx->set.s[i]);
+    n = springls__tri_normal(nearest);
+    toward = springls__sub(springls__tri_closest(nearest, x).point, x);
     if (springls__dot(toward, n) <= straight * springls__length(toward)) return 0.0f;
-    for (k = first; k < last; k++) {
-        springls__v3 d, m;
+    walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &ctx->set.s[i];
+        springls__v3 d = springls__sub(x, s->p), m;
         springls__say say;
-        s = &ctx->set.s[ctx->cells.near_ids[k]];
-        d = springls__sub(x, s->p);
-        if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+        if (springls__length2(d) >= r * r) continue;
         m = springls__springl_normal(s);
         say = springls__oriented_distance(x, n, s->p, m);
         weight += say.weight;
         value += say.value;
-        if (springls__dot(n, m) < -0.5f) opposed |= springls__claims_inside(d, m, SPRINGLS__PROJECT_RADIUS, 0.6f);
+        if (springls__dot(n, m) < -0.5f) opposed |= springls__claims_inside(d, m, r, 0.6f);
     }
-    f = value / springls__max(weight, 1e-6f);
-    return opposed && f < 0.0f && f > -deepest ? f : 0.0f;
+    value /= springls__max(weight, 1e-6f);
+    return opposed && value < 0.0f && value > -deepest && springls__in_sheet(ctx, x, n) ? value : 0.0f;
 }
 
 /* Which voxels outside does any springl claim to be inside? Few: elsewhere phi and springls agree. */
@@ -4969,7 +5026,7 @@ SPRINGLS__FN void springls__nucleate_task(void *arg, int begin, int end)
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
             float f = claimed[v] && springls__grid_contains(g, x, y, z)
-                    ? springls__nucleus(ctx, begin, springls__v3_make((float)x, (float)y, (float)z)) : 0.0f;
+                    ? springls__nucleus(ctx, springls__v3_make((float)x, (float)y, (float)z)) : 0.0f;
             out[v] = f < 0.0f ? f : phi[v];
         }
     }
@@ -5018,7 +5075,7 @@ SPRINGLS__FN springls_status springls__cover_springls(springls_context *ctx)
     return springls__grid_add_bricks(ctx, g, missing, n);
 }
 
-/* After the springls near each brick have been found. */
+/* With fresh cells and the springls near each brick found. */
 SPRINGLS__FN void springls__nucleate(springls_context *ctx)
 {
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__nucleate_task, ctx);
@@ -5029,7 +5086,10 @@ SPRINGLS__FN void springls__nucleate(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 {
-    if (ctx->params.nucleate) SPRINGLS__TRY(springls__cover_springls(ctx));
+    if (ctx->params.nucleate) {
+        SPRINGLS__TRY(springls__cover_springls(ctx));
+        SPRINGLS__TRY(springls__cells_build(ctx));
+    }
     SPRINGLS__TRY(springls__near_build(ctx, SPRINGLS__PROJECT_RADIUS)); /* the band has moved: lists follow its bricks */
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
     springls__commit_phi(ctx);
@@ -5044,20 +5104,6 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 
 /* A springl to be. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
-
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
-{
-    springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
-    }
-    return springls__fan_opening(fan);
-}
 
 /* Two springls of one side this close would be one too many. */
 SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
@@ -8096,25 +8142,6 @@ SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int 
     return SPRINGLS_OK;
 }
 
-/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *s = &ctx->set.s[i];
-        float d2, reach = radius + s->reach;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
 /* Triangles stay counter-clockwise seen from outside in a mirrored world. */
 SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, springls_mesh *mesh)
 {
@@ -8277,7 +8304,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 869 \"springls.h\"\n",
+    "#line 870 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8314,7 +8341,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 907 \"springls.h\"\n",
+    "#line 908 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -8450,7 +8477,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1044 \"springls.h\"\n",
+    "#line 1045 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8517,7 +8544,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1112 \"springls.h\"\n",
+    "#line 1113 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8550,7 +8577,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1146 \"springls.h\"\n",
+    "#line 1147 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8648,7 +8675,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1245 \"springls.h\"\n",
+    "#line 1246 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8700,7 +8727,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1298 \"springls.h\"\n",
+    "#line 1299 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8732,7 +8759,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1331 \"springls.h\"\n",
+    "#line 1332 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8860,7 +8887,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1460 \"springls.h\"\n",
+    "#line 1461 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8868,7 +8895,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1469 \"springls.h\"\n",
+    "#line 1470 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -8921,7 +8948,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1523 \"springls.h\"\n",
+    "#line 1524 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8931,7 +8958,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1534 \"springls.h\"\n",
+    "#line 1535 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8964,7 +8991,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1568 \"springls.h\"\n",
+    "#line 1569 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9019,7 +9046,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1624 \"springls.h\"\n",
+    "#line 1625 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9088,7 +9115,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1694 \"springls.h\"\n",
+    "#line 1695 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9135,7 +9162,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return phi >= 0.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;\n",
     "}\n",
-    "#line 1742 \"springls.h\"\n",
+    "#line 1743 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9275,7 +9302,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1883 \"springls.h\"\n",
+    "#line 1884 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9301,7 +9328,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 1910 \"springls.h\"\n",
+    "#line 1911 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -9335,28 +9362,40 @@ static const char *const springls__kernel_lines[] = {
     "    return fan;\n",
     "}\n",
     "\n",
-    "/* The largest angle without a neighbour, and the direction that halves it. */\n",
-    "typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;\n",
+    "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
+    "typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;\n",
     "\n",
     "SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)\n",
     "{\n",
     "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
     "    springls__opening opening;\n",
-    "    float from = 0.0f, middle;\n",
+    "    float from, middle;\n",
     "    int i;\n",
     "    opening.angle = turn;\n",
+    "    opening.second = 0.0f;\n",
     "    opening.middle = fan.e1;\n",
     "    if (fan.count == 0) return opening;\n",
     "    from = fan.angle[fan.count - 1];\n",
     "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
     "    for (i = 1; i < fan.count; i++) {\n",
-    "        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;\n",
+    "        float angle = fan.angle[i] - fan.angle[i - 1];\n",
+    "        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));\n",
+    "        if (angle <= opening.angle) continue;\n",
+    "        opening.angle = angle;\n",
     "        from = fan.angle[i - 1];\n",
-    "        opening.angle = fan.angle[i] - from;\n",
     "    }\n",
     "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
     "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
     "    return opening;\n",
+    "}\n",
+    "\n",
+    "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two sides open, its end and a drop nearly all. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)\n",
+    "{\n",
+    "    const float degree = 0.0174532925f;\n",
+    "    springls__opening opening = springls__fan_opening(fan);\n",
+    "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
     ""   /* counts as no line: it is here so that the list is never empty */
 };

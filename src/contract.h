@@ -33,6 +33,7 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     springls__v3 n = springls__springl_normal(s);
     springls__cell_walk walk;
     int other, beside = 0;
+    if (ctx->set.phi[i] > ctx->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
     walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r), springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
     while ((other = springls__cell_walk_next(&walk)) >= 0) {

@@ -4,20 +4,6 @@
 /* A springl to be. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
 
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
-{
-    springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
-    }
-    return springls__fan_opening(fan);
-}
-
 /* Two springls of one side this close would be one too many. */
 SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {

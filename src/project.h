@@ -51,42 +51,33 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
 
 /* phi at x when both sides of a thin sheet say that it lies between them: the nearest springl in front of it, seen straight
    on, and an opposed one. 0 otherwise; the two sides of a gap between bodies both say outside. */
-SPRINGLS__FN float springls__nucleus(const springls_context *ctx, int brick, springls__v3 x)
+SPRINGLS__FN float springls__nucleus(const springls_context *ctx, springls__v3 x)
 {
-    const float deepest = 0.8f, straight = 0.7f;
-    const springls__springl *s, *nearest = NULL;
+    const float r = SPRINGLS__PROJECT_RADIUS, deepest = 0.8f, straight = 0.7f;
+    springls__tri nearest;
     springls__v3 n, toward;
-    float best = deepest * deepest, weight = 0.0f, value = 0.0f, f;
-    int opposed = 0;
-    uint32_t k, first = ctx->cells.near_first[brick], last = ctx->cells.near_first[brick + 1];
-    for (k = first; k < last; k++) {
-        float d2, within;
-        s = &ctx->set.s[ctx->cells.near_ids[k]];
-        within = deepest + s->reach;
-        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
-        d2 = springls__tri_closest(springls__springl_tri(s), x).d2;
-        if (d2 >= best) continue;
-        best = d2;
-        nearest = s;
-    }
-    if (!nearest) return 0.0f;
-    n = springls__springl_normal(nearest);
-    toward = springls__sub(springls__tri_closest(springls__springl_tri(nearest), x).point, x);
+    springls__cell_walk walk;
+    float weight = 0.0f, value = 0.0f;
+    int opposed = 0, i = springls__nearest_springl(ctx, x, deepest);
+    if (i < 0) return 0.0f;
+    nearest = springls__springl_tri(&ctx->set.s[i]);
+    n = springls__tri_normal(nearest);
+    toward = springls__sub(springls__tri_closest(nearest, x).point, x);
     if (springls__dot(toward, n) <= straight * springls__length(toward)) return 0.0f;
-    for (k = first; k < last; k++) {
-        springls__v3 d, m;
+    walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &ctx->set.s[i];
+        springls__v3 d = springls__sub(x, s->p), m;
         springls__say say;
-        s = &ctx->set.s[ctx->cells.near_ids[k]];
-        d = springls__sub(x, s->p);
-        if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+        if (springls__length2(d) >= r * r) continue;
         m = springls__springl_normal(s);
         say = springls__oriented_distance(x, n, s->p, m);
         weight += say.weight;
         value += say.value;
-        if (springls__dot(n, m) < -0.5f) opposed |= springls__claims_inside(d, m, SPRINGLS__PROJECT_RADIUS, 0.6f);
+        if (springls__dot(n, m) < -0.5f) opposed |= springls__claims_inside(d, m, r, 0.6f);
     }
-    f = value / springls__max(weight, 1e-6f);
-    return opposed && f < 0.0f && f > -deepest ? f : 0.0f;
+    value /= springls__max(weight, 1e-6f);
+    return opposed && value < 0.0f && value > -deepest && springls__in_sheet(ctx, x, n) ? value : 0.0f;
 }
 
 /* Which voxels outside does any springl claim to be inside? Few: elsewhere phi and springls agree. */
@@ -134,7 +125,7 @@ SPRINGLS__FN void springls__nucleate_task(void *arg, int begin, int end)
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
             float f = claimed[v] && springls__grid_contains(g, x, y, z)
-                    ? springls__nucleus(ctx, begin, springls__v3_make((float)x, (float)y, (float)z)) : 0.0f;
+                    ? springls__nucleus(ctx, springls__v3_make((float)x, (float)y, (float)z)) : 0.0f;
             out[v] = f < 0.0f ? f : phi[v];
         }
     }
@@ -183,7 +174,7 @@ SPRINGLS__FN springls_status springls__cover_springls(springls_context *ctx)
     return springls__grid_add_bricks(ctx, g, missing, n);
 }
 
-/* After the springls near each brick have been found. */
+/* With fresh cells and the springls near each brick found. */
 SPRINGLS__FN void springls__nucleate(springls_context *ctx)
 {
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__nucleate_task, ctx);
@@ -194,7 +185,10 @@ SPRINGLS__FN void springls__nucleate(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 {
-    if (ctx->params.nucleate) SPRINGLS__TRY(springls__cover_springls(ctx));
+    if (ctx->params.nucleate) {
+        SPRINGLS__TRY(springls__cover_springls(ctx));
+        SPRINGLS__TRY(springls__cells_build(ctx));
+    }
     SPRINGLS__TRY(springls__near_build(ctx, SPRINGLS__PROJECT_RADIUS)); /* the band has moved: lists follow its bricks */
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, ctx);
     springls__commit_phi(ctx);
