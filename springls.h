@@ -138,6 +138,12 @@
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
      ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
      of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
+     keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
+     nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
+     fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
+     they span; the zero level's triangles follow only where no springl is within 1.5 voxels, not d_max. A wide hole then takes
+     a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
@@ -242,7 +248,8 @@
    LIMITS
 
      - The grid is 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
-     - Parts of the model thinner than about a voxel are lost by phi, though springls may still be there.
+     - Sheets thinner than about a voxel have no watertight zero level, though their springls carry them on (default set: see
+       DATA FLOW). Threads of that size break.
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
      - No OpenCL host yet: everything runs on the CPU. springls_kernel_source() has the text of the maths for hosts of
@@ -285,7 +292,7 @@
      section 2.3.2      springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step: turns flipped triangles (src/relax.h)
-     section 4.4        springls_fill_gaps
+     section 4.4        springls_fill_gaps (src/fill_gaps.h; src/fill_from_springls.h is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
@@ -1732,11 +1739,11 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
 }
 
-/* phi is a distance: it differs by no more than 1 between neighbours. What a voxel outside may have at most, its smallest
-   neighbour being inside at `inner`. */
+/* phi is a distance: it differs by no more than 1 between neighbours. A voxel outside with more than 1 has a neighbour inside
+   only where that is new; it gets what the smallest, `inner`, allows it. */
 SPRINGLS__MATHS float springls__beside_inside(float phi, float inner)
 {
-    return phi >= 0.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;
+    return phi > 1.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;
 }
 
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
@@ -5146,8 +5153,8 @@ SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls
    that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
 SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, int i)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 150.0f * degree;
-    const float range = 1.3f, away = 0.9f, worst = 0.15f;
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float range = 1.3f, away = 0.85f, worst = 0.15f;
     const springls__springl *s = &ctx->set.s[i];
     springls__v3 n = springls__springl_normal(s), x;
     springls__opening opening = springls__opening_at(ctx, s->p, n, range, 1.0f);
@@ -8304,7 +8311,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 870 \"springls.h\"\n",
+    "#line 877 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8341,7 +8348,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 908 \"springls.h\"\n",
+    "#line 915 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -8477,7 +8484,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1045 \"springls.h\"\n",
+    "#line 1052 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8544,7 +8551,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1113 \"springls.h\"\n",
+    "#line 1120 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8577,7 +8584,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1147 \"springls.h\"\n",
+    "#line 1154 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8675,7 +8682,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1246 \"springls.h\"\n",
+    "#line 1253 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8727,7 +8734,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1299 \"springls.h\"\n",
+    "#line 1306 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8759,7 +8766,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1332 \"springls.h\"\n",
+    "#line 1339 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8887,7 +8894,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1461 \"springls.h\"\n",
+    "#line 1468 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8895,7 +8902,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1470 \"springls.h\"\n",
+    "#line 1477 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -8948,7 +8955,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1524 \"springls.h\"\n",
+    "#line 1531 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8958,7 +8965,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1535 \"springls.h\"\n",
+    "#line 1542 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8991,7 +8998,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1569 \"springls.h\"\n",
+    "#line 1576 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9046,7 +9053,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1625 \"springls.h\"\n",
+    "#line 1632 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9115,7 +9122,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1695 \"springls.h\"\n",
+    "#line 1702 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9156,13 +9163,13 @@ static const char *const springls__kernel_lines[] = {
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
     "\n",
-    "/* phi is a distance: it differs by no more than 1 between neighbours. What a voxel outside may have at most, its smallest\n",
-    "   neighbour being inside at `inner`. */\n",
+    "/* phi is a distance: it differs by no more than 1 between neighbours. A voxel outside with more than 1 has a neighbour inside\n",
+    "   only where that is new; it gets what the smallest, `inner`, allows it. */\n",
     "SPRINGLS__MATHS float springls__beside_inside(float phi, float inner)\n",
     "{\n",
-    "    return phi >= 0.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;\n",
+    "    return phi > 1.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;\n",
     "}\n",
-    "#line 1743 \"springls.h\"\n",
+    "#line 1750 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9302,7 +9309,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1884 \"springls.h\"\n",
+    "#line 1891 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9328,7 +9335,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 1911 \"springls.h\"\n",
+    "#line 1918 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

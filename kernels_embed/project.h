@@ -38,9 +38,9 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
 }
 
-/* phi is a distance: it differs by no more than 1 between neighbours. What a voxel outside may have at most, its smallest
-   neighbour being inside at `inner`. */
+/* phi is a distance: it differs by no more than 1 between neighbours. A voxel outside with more than 1 has a neighbour inside
+   only where that is new; it gets what the smallest, `inner`, allows it. */
 SPRINGLS__MATHS float springls__beside_inside(float phi, float inner)
 {
-    return phi >= 0.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;
+    return phi > 1.0f && inner < 0.0f ? springls__min(phi, springls__max(inner + 1.0f, 0.0f)) : phi;
 }

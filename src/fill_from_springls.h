@@ -45,8 +45,8 @@ SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls
    that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
 SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, int i)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 150.0f * degree;
-    const float range = 1.3f, away = 0.9f, worst = 0.15f;
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float range = 1.3f, away = 0.85f, worst = 0.15f;
     const springls__springl *s = &ctx->set.s[i];
     springls__v3 n = springls__springl_normal(s), x;
     springls__opening opening = springls__opening_at(ctx, s->p, n, range, 1.0f);
