@@ -2957,6 +2957,12 @@ SPRINGLS__FN int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
+/* All springls whose particle may lie within r of x, and some more. */
+SPRINGLS__FN springls__cell_walk springls__cell_walk_near(const springls_context *ctx, springls__v3 x, float r)
+{
+    return springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+}
+
 /* All springls of which some point may lie within `radius` of the box. */
 SPRINGLS__FN springls__cell_walk springls__cell_walk_around(const springls_context *ctx, springls__v3 lower, springls__v3 upper,
                                                             float radius)
@@ -4228,7 +4234,7 @@ SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls
 SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
 {
     springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, x);
@@ -4244,7 +4250,7 @@ SPRINGLS__FN bool springls__in_sheet(const springls_context *ctx, springls__v3 x
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
     springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, x);
@@ -4292,7 +4298,7 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     int other, beside = 0;
     if (ctx->set.phi[i] > ctx->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
-    walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r), springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    walk = springls__cell_walk_near(ctx, s->p, r);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
@@ -4349,8 +4355,7 @@ SPRINGLS__FN bool springls__is_crowded(const springls_context *ctx, const uint8_
     const float r = ctx->params.merge_distance;
     const springls__springl *s = &ctx->set.s[i];
     springls__v3 n = springls__springl_normal(s);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r),
-                                                         springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, s->p, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
@@ -4468,7 +4473,7 @@ SPRINGLS__FN springls__fit_result springls__fit_at(const springls_context *ctx, 
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     int other, before;
@@ -4972,7 +4977,7 @@ SPRINGLS__FN float springls__nucleus(const springls_context *ctx, springls__v3 x
     n = springls__tri_normal(nearest);
     toward = springls__sub(springls__tri_closest(nearest, x).point, x);
     if (springls__dot(toward, n) <= straight * springls__length(toward)) return 0.0f;
-    walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    walk = springls__cell_walk_near(ctx, x, r);
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *s = &ctx->set.s[i];
         springls__v3 d = springls__sub(x, s->p), m;
@@ -5112,17 +5117,19 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx)
 /* A springl to be. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
 
-/* Two springls of one side this close would be one too many. */
+/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+#define SPRINGLS__SEED_DISTANCE 0.7f
+
 SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
-    const float closest = 0.7f; /* beyond merge_distance */
-    return springls__length2(springls__sub(p, p_other)) < closest * closest && springls__dot(n, n_other) > 0.3f;
+    const float r = SPRINGLS__SEED_DISTANCE;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
 }
 
 SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x, springls__v3 n)
 {
-    const float r = 0.7f;
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    const float r = SPRINGLS__SEED_DISTANCE;
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
@@ -5136,7 +5143,7 @@ SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x
 SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(p.x - r, p.y - r, p.z - r), springls__v3_make(p.x + r, p.y + r, p.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, p, r);
     float weight = 0.0f, value = 0.0f;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
@@ -5189,7 +5196,7 @@ typedef struct springls__accepted { const springls__seed *seeds; int *last, *bef
 
 SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
 {
-    const float r = 0.7f;
+    const float r = SPRINGLS__SEED_DISTANCE;
     const springls__grid *g = &ctx->grid;
     const springls__seed *seed = &accepted->seeds[i];
     int lo[3], hi[3], x, y, z, other;

@@ -23,7 +23,7 @@ SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls
 SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
 {
     springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, x);
@@ -39,7 +39,7 @@ SPRINGLS__FN bool springls__in_sheet(const springls_context *ctx, springls__v3 x
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
     springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, x);

@@ -4,17 +4,19 @@
 /* A springl to be. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
 
-/* Two springls of one side this close would be one too many. */
+/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+#define SPRINGLS__SEED_DISTANCE 0.7f
+
 SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
-    const float closest = 0.7f; /* beyond merge_distance */
-    return springls__length2(springls__sub(p, p_other)) < closest * closest && springls__dot(n, n_other) > 0.3f;
+    const float r = SPRINGLS__SEED_DISTANCE;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
 }
 
 SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x, springls__v3 n)
 {
-    const float r = 0.7f;
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    const float r = SPRINGLS__SEED_DISTANCE;
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
@@ -28,7 +30,7 @@ SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x
 SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(p.x - r, p.y - r, p.z - r), springls__v3_make(p.x + r, p.y + r, p.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, p, r);
     float weight = 0.0f, value = 0.0f;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
@@ -81,7 +83,7 @@ typedef struct springls__accepted { const springls__seed *seeds; int *last, *bef
 
 SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
 {
-    const float r = 0.7f;
+    const float r = SPRINGLS__SEED_DISTANCE;
     const springls__grid *g = &ctx->grid;
     const springls__seed *seed = &accepted->seeds[i];
     int lo[3], hi[3], x, y, z, other;

@@ -64,7 +64,7 @@ SPRINGLS__FN float springls__nucleus(const springls_context *ctx, springls__v3 x
     n = springls__tri_normal(nearest);
     toward = springls__sub(springls__tri_closest(nearest, x).point, x);
     if (springls__dot(toward, n) <= straight * springls__length(toward)) return 0.0f;
-    walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    walk = springls__cell_walk_near(ctx, x, r);
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *s = &ctx->set.s[i];
         springls__v3 d = springls__sub(x, s->p), m;
