@@ -128,7 +128,7 @@ SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, con
     f = springls__moments_distance(sum);
     if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)) {
         springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
-        if (springls__between_sides(job, near_by, x, sum.normal)) return f.distance;
+        if (springls__between_sides(job, near_by, x, sum.normal) && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal))) return f.distance;
     }
     return springls__corrected_phi(phi, f);
 }
