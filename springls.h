@@ -1691,14 +1691,15 @@ SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
     return d > c ? three : d;
 }
 
-/* New distance of a voxel from its neighbours'; voxels that are near keep theirs. */
-SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)
+/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26
+   neighbours on the other side (touches): near springls alone are no surface. */
+SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)
 {
     float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
                                 springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
                                 springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
     d = springls__min(d, far_value);
-    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;
+    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;
     return v.c < 0.0f ? -d : d;
 }
 
@@ -1780,6 +1781,12 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     float change = springls__fabs(f.distance - phi);
     int same_side = (f.distance < 0.0f) == (phi < 0.0f);
     return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;
+}
+
+/* Is phi far from a sheet that it has lost, where springls stand before the voxel? */
+SPRINGLS__MATHS int springls__beside_lost(float phi, springls__projection f)
+{
+    return phi > 1.0f && f.distance >= 0.0f && f.distance < 1.0f && f.trust > 0.1f;
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
@@ -3641,7 +3648,8 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
     springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
     springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = (springls__vec_abs(v.c) < SPRINGLS__NEAR) | springls__at_interface_lanes(v);
+    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
+    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
     if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
@@ -3709,7 +3717,7 @@ SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, flo
 SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), far_value);
+    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
 }
 
 #endif
@@ -4767,6 +4775,14 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     return false;
 }
 
+/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
+   the projection hold phi near zero. */
+SPRINGLS__FN bool springls__is_buried(const springls_context *ctx, const springls__springl *s)
+{
+    const float ahead = 0.75f, deep = -0.2f;
+    return springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, springls__springl_normal(s), ahead)) < deep;
+}
+
 enum { SPRINGLS__REMOVE, SPRINGLS__KEEP, SPRINGLS__RESHAPE };
 
 typedef struct springls__contract_job {
@@ -4783,7 +4799,8 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
         const springls__springl *s = &ctx->set.s[begin];
         bool far = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
         job->keep[begin] = SPRINGLS__KEEP;
-        if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
+        if (ctx->params.project_level_set && springls__is_buried(ctx, s)) job->keep[begin] = SPRINGLS__REMOVE;
+        else if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }
@@ -5492,6 +5509,7 @@ SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, con
     if (job->carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!job->ctx->params.project_level_set) return phi;
     f = springls__moments_distance(sum);
+    if (job->ctx->params.nucleate && springls__beside_lost(phi, f)) return f.distance;
     if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)) {
         springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
         if (springls__between_sides(job, near_by, x, sum.normal) && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal))) return f.distance;
@@ -9644,17 +9662,18 @@ static const char *const springls__kernel_lines[] = {
     "    return d > c ? three : d;\n",
     "}\n",
     "\n",
-    "/* New distance of a voxel from its neighbours'; voxels that are near keep theirs. */\n",
-    "SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)\n",
+    "/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26\n",
+    "   neighbours on the other side (touches): near springls alone are no surface. */\n",
+    "SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)\n",
     "{\n",
     "    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
     "                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
     "                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
     "    d = springls__min(d, far_value);\n",
-    "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
+    "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1706 \"springls.h\"\n",
+    "#line 1707 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9734,6 +9753,12 @@ static const char *const springls__kernel_lines[] = {
     "    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;\n",
     "}\n",
     "\n",
+    "/* Is phi far from a sheet that it has lost, where springls stand before the voxel? */\n",
+    "SPRINGLS__MATHS int springls__beside_lost(float phi, springls__projection f)\n",
+    "{\n",
+    "    return phi > 1.0f && f.distance >= 0.0f && f.distance < 1.0f && f.trust > 0.1f;\n",
+    "}\n",
+    "\n",
     "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
     "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }\n",
     "\n",
@@ -9775,7 +9800,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1828 \"springls.h\"\n",
+    "#line 1835 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9915,7 +9940,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1969 \"springls.h\"\n",
+    "#line 1976 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9941,7 +9966,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 1996 \"springls.h\"\n",
+    "#line 2003 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

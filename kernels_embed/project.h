@@ -77,6 +77,12 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;
 }
 
+/* Is phi far from a sheet that it has lost, where springls stand before the voxel? */
+SPRINGLS__MATHS int springls__beside_lost(float phi, springls__projection f)
+{
+    return phi > 1.0f && f.distance >= 0.0f && f.distance < 1.0f && f.trust > 0.1f;
+}
+
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
 SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }
 

@@ -56,13 +56,14 @@ SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
     return d > c ? three : d;
 }
 
-/* New distance of a voxel from its neighbours'; voxels that are near keep theirs. */
-SPRINGLS__MATHS float springls__redistance(springls__cross7 v, float far_value)
+/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26
+   neighbours on the other side (touches): near springls alone are no surface. */
+SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)
 {
     float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
                                 springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
                                 springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
     d = springls__min(d, far_value);
-    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;
+    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;
     return v.c < 0.0f ? -d : d;
 }

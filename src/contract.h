@@ -47,6 +47,14 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     return false;
 }
 
+/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
+   the projection hold phi near zero. */
+SPRINGLS__FN bool springls__is_buried(const springls_context *ctx, const springls__springl *s)
+{
+    const float ahead = 0.75f, deep = -0.2f;
+    return springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, springls__springl_normal(s), ahead)) < deep;
+}
+
 enum { SPRINGLS__REMOVE, SPRINGLS__KEEP, SPRINGLS__RESHAPE };
 
 typedef struct springls__contract_job {
@@ -63,7 +71,8 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
         const springls__springl *s = &ctx->set.s[begin];
         bool far = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
         job->keep[begin] = SPRINGLS__KEEP;
-        if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
+        if (ctx->params.project_level_set && springls__is_buried(ctx, s)) job->keep[begin] = SPRINGLS__REMOVE;
+        else if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }

@@ -181,7 +181,8 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
     springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
     springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = (springls__vec_abs(v.c) < SPRINGLS__NEAR) | springls__at_interface_lanes(v);
+    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
+    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
     if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
@@ -249,7 +250,7 @@ SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, flo
 SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), far_value);
+    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
 }
 
 #endif

@@ -126,6 +126,7 @@ SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, con
     if (job->carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!job->ctx->params.project_level_set) return phi;
     f = springls__moments_distance(sum);
+    if (job->ctx->params.nucleate && springls__beside_lost(phi, f)) return f.distance;
     if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)) {
         springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
         if (springls__between_sides(job, near_by, x, sum.normal) && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal))) return f.distance;

@@ -201,7 +201,7 @@ TEST the_border_is_filled(void)
     fixture_keep(ctx, keep);
     free(keep);
     ASSERT_LT(springls_count(ctx), count - 20);
-    for (i = 0; i < 8; i++) ASSERT_OK(springls_fill_gaps(ctx)); /* from the middle to the sharp edge */
+    for (i = 0; i < 14; i++) ASSERT_OK(springls_fill_gaps(ctx)); /* from the middle to the sharp edge */
     worst_gap(ctx, 0.5, &beyond);
     ASSERT_EQ_FMT(0, beyond, "%d");
     for (i = 0; i < springls_count(ctx); i++) n += fixture_particle(ctx, i).x < -0.4f;
