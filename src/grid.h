@@ -64,6 +64,8 @@ SPRINGLS__FN float springls__grid_sample(const springls__grid *g, const float *p
         const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
+    } else if (inner) {
+        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }
