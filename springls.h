@@ -128,7 +128,7 @@
 
      mesh, volume, function --> springls + phi --> step, step, ... --> mesh, springls, distances, correspondences
 
-   SPRINGLS_FLUID, Algorithm 2. Steps up to about d_max. On every M-th step (resample_period):
+   SPRINGLS_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
 
        advect  relax  contract  resample  relax  (evolve  rebuild) x evolve_iterations  fill_gaps
 
@@ -136,10 +136,22 @@
 
        advect  relax  (evolve  rebuild) x evolve_iterations
 
-     With resample_last = 1 (default set) contract and resample come after evolve and rebuild, before fill_gaps, and the
-     second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
-     ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
-     of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     With the default set, steps up to two voxels (springls_step_desc.max_displacement = 2). On every M-th step:
+
+       advect  relax  project  contract  resample  fill_gaps
+
+     on the others:
+
+       advect  relax  project
+
+     predict = 1 and evolve_iterations = 0: phi is carried along before it is projected: a voxel takes the value of the place that
+     the springls around it have come from. Where none is near and the surface may have passed, the voxels around decide the
+     side. eq. 23 is left out, and with it curvature of eq. 22 (springls_forces.curvature_weight smooths too); with
+     evolve_iterations > 0 it follows. After a step further than the band, phi is made afresh (unsigned_to_signed).
+     project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
+     springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
+     reach stay outside. Springls with the inside before them, left where bodies have met, go.
+     resample_last = 1: contract and resample come when phi has followed, and the second relax is left out.
      Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
      keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
      nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
@@ -150,7 +162,7 @@
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
-       advect  unsigned_to_signed  (evolve  rebuild) x evolve_iterations  relax  fill_gaps  contract  resample
+       advect  unsigned_to_signed  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
 
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
@@ -168,15 +180,15 @@
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           2         5 (p)
+                relax_iterations     iterations of Algorithm 1                           1         5 (p)
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
      lambda_c   sharpness            of H(lambda_c x)                                    5         5
-     kappa_int  kappa_int            internal spring constant, eq. 4                     1         0.3
+     kappa_int  kappa_int            internal spring constant, eq. 4                     1.5       0.3
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
-     xi         relax_step_length    eq. 17                                              0.1       0.1
-     rho        relax_step_rotation  eq. 18                                              0.1       0.1
+     xi         relax_step_length    eq. 17                                              0.2       0.1
+     rho        relax_step_rotation  eq. 18                                              0.2       0.1
                 relax_same_side      1: neighbours that face the other way do not pull   0         0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
@@ -192,10 +204,11 @@
                 placement            of new springls: COPY, QUADRATIC                    QUADR.    COPY
                 band_half_width      phi is a distance within it                         3         3 (p)     voxel
                 capture              omega is clamped here, eq. 21                       2         2 (d)     voxel
-                evolve_iterations    (evolve, rebuild) pairs a step                      3         4
+                evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
+                predict              1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: that makes voxels within a thin sheet inside     1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -203,7 +216,7 @@
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
-                vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  0         0
+                vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
@@ -5185,16 +5198,15 @@ SPRINGLS__FN unsigned springls__inside_mask(const springls__grid *g, const float
 typedef struct springls__colour_job { springls_context *ctx; int colour; } springls__colour_job;
 
 /* Voxels of one parity have no neighbour of the same parity: they may change together, in any order. The present sides
-   live in phi; phi_next holds what evolve asked for and receives what is granted. */
+   live in phi, which receives what is granted of what phi_next asks for. */
 SPRINGLS__FN void springls__colour_task(void *arg, int begin, int end)
 {
     const springls__colour_job *job = (const springls__colour_job *)arg;
     springls__grid *g = &job->ctx->grid;
-    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
     int cx = job->colour & 1, cy = job->colour >> 1 & 1, cz = job->colour >> 2, x, y, z;
     for (; begin < end; begin++) {
         float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        float *next = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        const float *next = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         int origin[3];
         springls__slot_origin(g, g->active[begin], origin);
         for (z = cz; z < 8; z += 2)
@@ -5205,18 +5217,33 @@ SPRINGLS__FN void springls__colour_task(void *arg, int begin, int end)
                     if (!springls__grid_contains(g, origin[0] + x, origin[1] + y, origin[2] + z)) continue;
                     if (springls__is_simple(springls__inside_mask(g, g->phi, origin[0] + x, origin[1] + y, origin[2] + z)))
                         phi[v] = next[v];
-                    else
-                        next[v] = phi[v] < 0.0f ? -held : held;
                 }
     }
 }
 
-SPRINGLS__FN void springls__preserve_topology(springls_context *ctx)
+/* What was not granted is taken out of phi_next. */
+SPRINGLS__FN void springls__hold_task(void *arg, int begin, int end)
+{
+    const springls__grid *g = &((const springls_context *)arg)->grid;
+    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
+    int x;
+    for (; begin < end; begin++) {
+        const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        float *next = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
+            if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
+    }
+}
+
+/* The front goes on by about a voxel a pass: `passes` of them for a step of that many voxels. */
+SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
     springls__colour_job job;
     job.ctx = ctx;
-    for (job.colour = 0; job.colour < 8; job.colour++)
-        springls__parallel(ctx, ctx->grid.active_count, 8, springls__colour_task, &job);
+    for (; passes > 0; passes--)
+        for (job.colour = 0; job.colour < 8; job.colour++)
+            springls__parallel(ctx, ctx->grid.active_count, 8, springls__colour_task, &job);
+    springls__parallel(ctx, ctx->grid.active_count, 8, springls__hold_task, ctx);
 }
 
 /* ======== >>evolve  (src/evolve.h) ============================================================================= */
@@ -5251,10 +5278,10 @@ SPRINGLS__FN void springls__evolve_task(void *arg, int begin, int end)
     }
 }
 
-/* phi_next becomes phi; where topology is preserved, only as far as it may. */
-SPRINGLS__FN void springls__commit_phi(springls_context *ctx)
+/* phi_next, in which the front has moved by up to `voxels`, becomes phi; where topology is preserved, only as far as it may. */
+SPRINGLS__FN void springls__commit_phi(springls_context *ctx, float voxels)
 {
-    if (ctx->params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx);
+    if (ctx->params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, 1 + (int)voxels);
     springls__swap_phi(&ctx->grid);
 }
 
@@ -5262,7 +5289,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__omega_build(ctx));
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__evolve_task, ctx);
-    springls__commit_phi(ctx);
+    springls__commit_phi(ctx, 0.9f);
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
@@ -5621,7 +5648,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         springls__settle(ctx, job.in_doubt);
         springls__phi_in_step(ctx);
     }
-    springls__commit_phi(ctx);
+    springls__commit_phi(ctx, carry ? job.most_moved : 0.5f);
     springls__redistance_sweeps(ctx, 2);
     return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }
@@ -6285,6 +6312,8 @@ SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool on
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
+    if (ctx->params.predict && ctx->stats.moved > ctx->grid.far_value) /* too far to be carried */
+        SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
     SPRINGLS__TRY(springls__follow(ctx));
     if (!resample) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__orient(ctx));
@@ -8863,7 +8892,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 881 \"springls.h\"\n",
+    "#line 894 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8900,7 +8929,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 919 \"springls.h\"\n",
+    "#line 932 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -9036,7 +9065,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1056 \"springls.h\"\n",
+    "#line 1069 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -9103,7 +9132,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1124 \"springls.h\"\n",
+    "#line 1137 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -9136,7 +9165,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1158 \"springls.h\"\n",
+    "#line 1171 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -9234,7 +9263,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1257 \"springls.h\"\n",
+    "#line 1270 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -9286,7 +9315,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1310 \"springls.h\"\n",
+    "#line 1323 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -9318,7 +9347,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1343 \"springls.h\"\n",
+    "#line 1356 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -9446,7 +9475,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1472 \"springls.h\"\n",
+    "#line 1485 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -9454,7 +9483,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1481 \"springls.h\"\n",
+    "#line 1494 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -9507,7 +9536,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1535 \"springls.h\"\n",
+    "#line 1548 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -9517,7 +9546,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1546 \"springls.h\"\n",
+    "#line 1559 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -9550,7 +9579,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1580 \"springls.h\"\n",
+    "#line 1593 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9605,7 +9634,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1636 \"springls.h\"\n",
+    "#line 1649 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9675,7 +9704,7 @@ static const char *const springls__kernel_lines[] = {
     "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1707 \"springls.h\"\n",
+    "#line 1720 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9802,7 +9831,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1835 \"springls.h\"\n",
+    "#line 1848 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9942,7 +9971,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1976 \"springls.h\"\n",
+    "#line 1989 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9968,7 +9997,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2003 \"springls.h\"\n",
+    "#line 2016 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

@@ -58,7 +58,7 @@
 
      mesh, volume, function --> springls + phi --> step, step, ... --> mesh, springls, distances, correspondences
 
-   SPRINGLS_FLUID, Algorithm 2. Steps up to about d_max. On every M-th step (resample_period):
+   SPRINGLS_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
 
        advect  relax  contract  resample  relax  (evolve  rebuild) x evolve_iterations  fill_gaps
 
@@ -66,10 +66,22 @@
 
        advect  relax  (evolve  rebuild) x evolve_iterations
 
-     With resample_last = 1 (default set) contract and resample come after evolve and rebuild, before fill_gaps, and the
-     second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
-     ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
-     of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     With the default set, steps up to two voxels (springls_step_desc.max_displacement = 2). On every M-th step:
+
+       advect  relax  project  contract  resample  fill_gaps
+
+     on the others:
+
+       advect  relax  project
+
+     predict = 1 and evolve_iterations = 0: phi is carried along before it is projected: a voxel takes the value of the place that
+     the springls around it have come from. Where none is near and the surface may have passed, the voxels around decide the
+     side. eq. 23 is left out, and with it curvature of eq. 22 (springls_forces.curvature_weight smooths too); with
+     evolve_iterations > 0 it follows. After a step further than the band, phi is made afresh (unsigned_to_signed).
+     project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
+     springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
+     reach stay outside. Springls with the inside before them, left where bodies have met, go.
+     resample_last = 1: contract and resample come when phi has followed, and the second relax is left out.
      Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
      keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
      nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
@@ -80,7 +92,7 @@
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
-       advect  unsigned_to_signed  (evolve  rebuild) x evolve_iterations  relax  fill_gaps  contract  resample
+       advect  unsigned_to_signed  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
 
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
@@ -98,15 +110,15 @@
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           2         5 (p)
+                relax_iterations     iterations of Algorithm 1                           1         5 (p)
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
      lambda_c   sharpness            of H(lambda_c x)                                    5         5
-     kappa_int  kappa_int            internal spring constant, eq. 4                     1         0.3
+     kappa_int  kappa_int            internal spring constant, eq. 4                     1.5       0.3
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
-     xi         relax_step_length    eq. 17                                              0.1       0.1
-     rho        relax_step_rotation  eq. 18                                              0.1       0.1
+     xi         relax_step_length    eq. 17                                              0.2       0.1
+     rho        relax_step_rotation  eq. 18                                              0.2       0.1
                 relax_same_side      1: neighbours that face the other way do not pull   0         0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
@@ -122,10 +134,11 @@
                 placement            of new springls: COPY, QUADRATIC                    QUADR.    COPY
                 band_half_width      phi is a distance within it                         3         3 (p)     voxel
                 capture              omega is clamped here, eq. 21                       2         2 (d)     voxel
-                evolve_iterations    (evolve, rebuild) pairs a step                      3         4
+                evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
+                predict              1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: that makes voxels within a thin sheet inside     1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -133,7 +146,7 @@
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
-                vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  0         0
+                vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)

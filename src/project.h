@@ -236,7 +236,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         springls__settle(ctx, job.in_doubt);
         springls__phi_in_step(ctx);
     }
-    springls__commit_phi(ctx);
+    springls__commit_phi(ctx, carry ? job.most_moved : 0.5f);
     springls__redistance_sweeps(ctx, 2);
     return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }

@@ -28,6 +28,8 @@ SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool on
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
+    if (ctx->params.predict && ctx->stats.moved > ctx->grid.far_value) /* too far to be carried */
+        SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
     SPRINGLS__TRY(springls__follow(ctx));
     if (!resample) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__orient(ctx));
