@@ -561,7 +561,8 @@ typedef struct springls_params {
     float track_step;        /* lambda of eq. 26                                                                */
 
     /* advect: section 4.2 */
-    int vertex_velocity;     /* 1: every vertex moves with its own velocity; 0: with the particle's (eq. 2)     */
+    int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the
+                                springl as a whole; 0: all with the particle's (eq. 2)                           */
     int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
 
     /* initial springls from a level set or shape */
@@ -4356,9 +4357,8 @@ SPRINGLS__FN float springls__curvature_at(const springls__grid *g, springls__v3 
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
-/* Velocities (eq. 1 without its affine term) of points[0..count) with their normals. */
-SPRINGLS__FN void springls__velocities(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals,
-                                       int count, float time, springls__v3 *out)
+/* sigma of eq. 1 at points[0..count). */
+SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time, springls__v3 *out)
 {
     const springls_forces *forces = job->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
@@ -4369,12 +4369,20 @@ SPRINGLS__FN void springls__velocities(const springls__advect_job *job, const sp
         for (i = 0; i < count; i++)
             out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->velocity_weight);
     }
-    if (job->velocity.data) {
-        for (i = 0; i < count; i++) {
-            springls__field_sample(&job->velocity, points[i], buffer);
-            out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->velocity_weight);
-        }
+    if (!job->velocity.data) return;
+    for (i = 0; i < count; i++) {
+        springls__field_sample(&job->velocity, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->velocity_weight);
     }
+}
+
+/* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
+SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals, int count,
+                                 float time, springls__v3 *out)
+{
+    const springls_forces *forces = job->forces;
+    float buffer[SPRINGLS__ADVECT_BLOCK];
+    int i;
     if (forces->pressure) {
         forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[i]);
@@ -4401,10 +4409,17 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
     for (i = 0; i < count; i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
-    springls__velocities(job, x, normals, count, time, slope);
-    for (m = 1; m < SPRINGLS__MOVERS; m++) {
-        if (job->ctx->params.vertex_velocity) springls__velocities(job, x + m * count, normals, count, time, slope + m * count);
-        else memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2: with the particle's velocity */
+    springls__flow(job, x, count, time, slope);
+    if (!job->ctx->params.vertex_velocity) {
+        springls__push(job, x, normals, count, time, slope);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2: with the particle's velocity */
+    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
+        memset(push, 0, sizeof push);
+        springls__push(job, x, normals, count, time, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(job, x + m * count, count, time, slope + m * count);
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
     if (!job->forces->affine) return;
     job->forces->affine(job->forces->user, &x[0].x, &a[0].x, count, time, affine);
@@ -5847,19 +5862,26 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when no springl comes within d_max of x; or, where springls fill the holes among them, within 1.5 voxels. */
-SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x)
+/* True when a place x of the zero level, facing n, is bare: no springl comes within d_max. Where springls fill the holes among
+   them the zero level of a sheet is no guide, as it comes and goes with the voxels inside: there they must be further away. */
+SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n)
 {
-    const float r = ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max;
+    const bool springls_first = ctx->params.fill_from_springls != 0;
+    const float r = springls__max(springls_first ? 1.5f : 0.0f, ctx->params.d_max);
+    const float covered = ctx->params.d_max;
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
+    float nearest2 = FLT_MAX;
+    bool sheet = false;
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *s = &ctx->set.s[i];
         float reach = r + s->reach;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        if (springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x) <= r * r) return false;
+        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x));
+        if (nearest2 <= covered * covered) return false;
+        sheet = sheet || springls__dot(springls__springl_normal(s), n) < -0.5f;
     }
-    return true;
+    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
 
 enum { SPRINGLS__CUBES = 9 * 9 * 9 };
@@ -5886,7 +5908,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
                     int mask = springls__mc_case(cell);
                     for (k = 0; k < springls__mc_count(mask); k++) {
                         springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t))) continue;
+                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t))) continue;
                         exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
                         job->count[begin]++;
                     }
@@ -8892,7 +8914,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 894 \"springls.h\"\n",
+    "#line 895 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8929,7 +8951,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 932 \"springls.h\"\n",
+    "#line 933 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -9065,7 +9087,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1069 \"springls.h\"\n",
+    "#line 1070 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -9132,7 +9154,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1137 \"springls.h\"\n",
+    "#line 1138 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -9165,7 +9187,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1171 \"springls.h\"\n",
+    "#line 1172 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -9263,7 +9285,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1270 \"springls.h\"\n",
+    "#line 1271 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -9315,7 +9337,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1323 \"springls.h\"\n",
+    "#line 1324 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -9347,7 +9369,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1356 \"springls.h\"\n",
+    "#line 1357 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -9475,7 +9497,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1485 \"springls.h\"\n",
+    "#line 1486 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -9483,7 +9505,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1494 \"springls.h\"\n",
+    "#line 1495 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -9536,7 +9558,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1548 \"springls.h\"\n",
+    "#line 1549 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -9546,7 +9568,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1559 \"springls.h\"\n",
+    "#line 1560 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -9579,7 +9601,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1593 \"springls.h\"\n",
+    "#line 1594 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9634,7 +9656,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1649 \"springls.h\"\n",
+    "#line 1650 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9704,7 +9726,7 @@ static const char *const springls__kernel_lines[] = {
     "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1720 \"springls.h\"\n",
+    "#line 1721 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9831,7 +9853,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1848 \"springls.h\"\n",
+    "#line 1849 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9971,7 +9993,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1989 \"springls.h\"\n",
+    "#line 1990 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9997,7 +10019,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2016 \"springls.h\"\n",
+    "#line 2017 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

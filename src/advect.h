@@ -87,9 +87,8 @@ SPRINGLS__FN float springls__curvature_at(const springls__grid *g, springls__v3 
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
-/* Velocities (eq. 1 without its affine term) of points[0..count) with their normals. */
-SPRINGLS__FN void springls__velocities(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals,
-                                       int count, float time, springls__v3 *out)
+/* sigma of eq. 1 at points[0..count). */
+SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time, springls__v3 *out)
 {
     const springls_forces *forces = job->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
@@ -100,12 +99,20 @@ SPRINGLS__FN void springls__velocities(const springls__advect_job *job, const sp
         for (i = 0; i < count; i++)
             out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->velocity_weight);
     }
-    if (job->velocity.data) {
-        for (i = 0; i < count; i++) {
-            springls__field_sample(&job->velocity, points[i], buffer);
-            out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->velocity_weight);
-        }
+    if (!job->velocity.data) return;
+    for (i = 0; i < count; i++) {
+        springls__field_sample(&job->velocity, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->velocity_weight);
     }
+}
+
+/* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
+SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals, int count,
+                                 float time, springls__v3 *out)
+{
+    const springls_forces *forces = job->forces;
+    float buffer[SPRINGLS__ADVECT_BLOCK];
+    int i;
     if (forces->pressure) {
         forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
         for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[i]);
@@ -132,10 +139,17 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
     for (i = 0; i < count; i++)
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
-    springls__velocities(job, x, normals, count, time, slope);
-    for (m = 1; m < SPRINGLS__MOVERS; m++) {
-        if (job->ctx->params.vertex_velocity) springls__velocities(job, x + m * count, normals, count, time, slope + m * count);
-        else memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2: with the particle's velocity */
+    springls__flow(job, x, count, time, slope);
+    if (!job->ctx->params.vertex_velocity) {
+        springls__push(job, x, normals, count, time, slope);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2: with the particle's velocity */
+    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+        springls__v3 push[SPRINGLS__ADVECT_BLOCK];
+        memset(push, 0, sizeof push);
+        springls__push(job, x, normals, count, time, push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) springls__flow(job, x + m * count, count, time, slope + m * count);
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
     if (!job->forces->affine) return;
     job->forces->affine(job->forces->user, &x[0].x, &a[0].x, count, time, affine);

@@ -173,7 +173,8 @@ typedef struct springls_params {
     float track_step;        /* lambda of eq. 26                                                                */
 
     /* advect: section 4.2 */
-    int vertex_velocity;     /* 1: every vertex moves with its own velocity; 0: with the particle's (eq. 2)     */
+    int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the
+                                springl as a whole; 0: all with the particle's (eq. 2)                           */
     int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
 
     /* initial springls from a level set or shape */

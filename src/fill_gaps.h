@@ -38,19 +38,26 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when no springl comes within d_max of x; or, where springls fill the holes among them, within 1.5 voxels. */
-SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x)
+/* True when a place x of the zero level, facing n, is bare: no springl comes within d_max. Where springls fill the holes among
+   them the zero level of a sheet is no guide, as it comes and goes with the voxels inside: there they must be further away. */
+SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n)
 {
-    const float r = ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max;
+    const bool springls_first = ctx->params.fill_from_springls != 0;
+    const float r = springls__max(springls_first ? 1.5f : 0.0f, ctx->params.d_max);
+    const float covered = ctx->params.d_max;
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
+    float nearest2 = FLT_MAX;
+    bool sheet = false;
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *s = &ctx->set.s[i];
         float reach = r + s->reach;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        if (springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x) <= r * r) return false;
+        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x));
+        if (nearest2 <= covered * covered) return false;
+        sheet = sheet || springls__dot(springls__springl_normal(s), n) < -0.5f;
     }
-    return true;
+    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
 }
 
 enum { SPRINGLS__CUBES = 9 * 9 * 9 };
@@ -77,7 +84,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
                     int mask = springls__mc_case(cell);
                     for (k = 0; k < springls__mc_count(mask); k++) {
                         springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t))) continue;
+                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t))) continue;
                         exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
                         job->count[begin]++;
                     }
