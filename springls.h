@@ -17,6 +17,7 @@
      >>topology             kernels_embed/topology.h
      >>rebuild              kernels_embed/rebuild.h
      >>project              kernels_embed/project.h
+     >>edges                kernels_embed/edges.h
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>winding              kernels_embed/winding.h
      >>internal             src/internal.h
@@ -35,6 +36,7 @@
      >>advect               src/advect.h
      >>relax                src/relax.h
      >>contract             src/contract.h
+     >>edges                src/edges.h
      >>track                src/track.h
      >>resample             src/resample.h
      >>omega                src/omega.h
@@ -521,6 +523,7 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
+    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -815,6 +818,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
     SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
     SPRINGLS_STAGE_PROJECT, /* of phi: params.project_level_set */
+    SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
@@ -822,6 +826,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect",
 typedef struct springls_stats {
     int springls, steps, bricks;
     int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
+    int at_edges;            /* springls at sharp edges in the last step: params.keep_edges                     */
     float moved;             /* largest displacement of the last advect, voxels                                 */
     float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
     double seconds[SPRINGLS_STAGE_COUNT];
@@ -1693,6 +1698,184 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, float weight, float val
     return change < 0.5f || (same_side && change < 0.75f) ? f : phi;
 }
 
+/* ======== >>edges  (kernels_embed/edges.h) ===================================================================== */
+/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
+   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,
+   however strong the curvature. */
+
+#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
+#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
+#define SPRINGLS__CROWD 96 /* springls about a place                                        */
+#define SPRINGLS__APART 0.77f   /* cosine of 40 degrees: sides of a crease differ by more   */
+#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
+#define SPRINGLS__NARROW 0.25f  /* voxel: see springls__find_sides                           */
+#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */
+
+/* Of `count` sides; 0 or 1: no crease here. */
+typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;
+
+/* The side that a normal belongs to; -1: none. */
+SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
+{
+    int s, best = -1;
+    float most = SPRINGLS__TOGETHER, along;
+    for (s = 0; s < sides.count; s++) {
+        along = springls__dot(sides.normal[s], n);
+        if (along <= most) continue;
+        most = along;
+        best = s;
+    }
+    return best;
+}
+
+/* Where the places of a side lie, in two tangent coordinates. */
+typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;
+
+SPRINGLS__MATHS springls__patch springls__patch_begin(void)
+{
+    springls__patch patch;
+    patch.count = patch.u = patch.v = patch.uu = patch.uv = patch.vv = 0.0f;
+    return patch;
+}
+
+SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, springls__v3 d, springls__v3 e1, springls__v3 e2)
+{
+    float u = springls__dot(d, e1), v = springls__dot(d, e2);
+    patch.count += 1.0f;
+    patch.u += u;
+    patch.v += v;
+    patch.uu += u * u;
+    patch.uv += u * v;
+    patch.vv += v * v;
+    return patch;
+}
+
+/* Their variance in the direction in which it is least. */
+SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
+{
+    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
+    float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;
+    float half = 0.5f * (uu - vv);
+    return 0.5f * (uu + vv) - springls__sqrt(half * half + uv * uv);
+}
+
+/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
+typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
+
+SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[SPRINGLS__TRIES], int tries, const springls__v3 n[SPRINGLS__CROWD],
+                                                      const float weight[SPRINGLS__CROWD], int count)
+{
+    springls__support best;
+    int i, j, elsewhere;
+    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
+    best.weight = 0.0f;
+    for (i = 0; i < count; i++) {
+        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+        float support = 0.0f;
+        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;
+        if (!elsewhere) continue;
+        for (j = 0; j < count; j++) {
+            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
+            support += weight[j];
+            sum = springls__mad(sum, n[j], weight[j]);
+        }
+        if (support <= best.weight) continue;
+        best.weight = support;
+        best.normal = springls__normalize(sum);
+    }
+    return best;
+}
+
+/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */
+typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;
+
+SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
+                                                   const float weight[SPRINGLS__CROWD], int count)
+{
+    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;
+    springls__patch patch = springls__patch_begin();
+    springls__strip strip;
+    float sum = 0.0f;
+    int i;
+    e1 = springls__normalize(springls__cross(facing, e1));
+    e2 = springls__cross(facing, e1);
+    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
+    for (i = 0; i < count; i++) {
+        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
+        patch = springls__patch_add(patch, springls__sub(p[i], p[0]), e1, e2);
+        strip.middle = springls__mad(strip.middle, p[i], weight[i]);
+        sum += weight[i];
+    }
+    strip.middle = springls__scale(strip.middle, 1.0f / springls__max(sum, 1e-6f));
+    strip.width2 = springls__patch_width2(patch);
+    return strip;
+}
+
+/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
+   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
+   other sheets left out. A springl is on a side that it lies on, whichever of several ways it has been turned. */
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
+                                                     const float weight[SPRINGLS__CROWD], int count, float narrow)
+{
+    const float on = 0.15f; /* voxel */
+    springls__v3 tried[SPRINGLS__TRIES];
+    springls__sides sides;
+    float total = 0.0f, stray = 0.0f;
+    int i, s, tries = 0;
+    sides.count = 0;
+    for (i = 0; i < count; i++) total += weight[i];
+    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {
+        springls__support side = springls__next_side(tried, tries, n, weight, count);
+        springls__strip strip;
+        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;
+        tried[tries++] = side.normal;
+        strip = springls__strip_of(side.normal, p, n, weight, count);
+        if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;
+        sides.middle[sides.count] = strip.middle;
+        sides.normal[sides.count++] = side.normal;
+    }
+    for (total = 0.0f, i = 0; i < count; i++) {
+        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
+        for (s = 0; s < sides.count; s++) {
+            float along = springls__dot(n[i], sides.normal[s]);
+            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
+            away = away && along < SPRINGLS__AWAY;
+        }
+        if (lies) total += weight[i];
+        else if (!away) stray += weight[i];
+    }
+    if (stray * 5.0f > total) sides.count = 0;
+    return sides;
+}
+
+/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */
+SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
+{
+    springls__v3 d = springls__sub(q, p);
+    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;
+}
+
+/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two
+   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */
+SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
+
+SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])
+{
+    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];
+    if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);
+    if (convex[0] == convex[2]) return springls__meet(springls__meet(h[0], h[2], convex[1]), h[1], convex[0]);
+    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
+}
+
+/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */
+SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
+{
+    springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);
+    float c = springls__dot(n, m);
+    if (c < -0.5f) return v;
+    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));
+}
+
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
 /* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.
    Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same
@@ -1978,6 +2161,8 @@ struct springls_context {
     springls__cells cells;
     springls__buffer scratch[8]; /* working memory of the stage that runs, grown and kept                       */
     springls__buffer neighbors;
+    uint8_t *edge;          /* 1 a springl: it lies at a sharp edge, as of the last step (edges.h)               */
+    springls__buffer edge_memory;
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_stats stats;
     double time;
@@ -2160,7 +2345,7 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
-                                                             "fill_gaps", "track", "unsigned_to_signed", "project" };
+                                                             "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
@@ -2206,6 +2391,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.project_level_set = 0;
+    p.keep_edges = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -2231,6 +2417,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACE_QUADRATIC;
     p.evolve_iterations = 3;
     p.project_level_set = 1;
+    p.keep_edges = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -4187,6 +4374,403 @@ SPRINGLS_API springls_status springls_contract(springls_context *ctx)
     return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
 }
 
+/* ======== >>edges  (src/edges.h) =============================================================================== */
+/* edges.h - sharp edges stay sharp (params.keep_edges): springls at a crease belong to one side of it. Their places are exact
+   where they were carried; what wears off are normals, which neighbours across the crease turn, and whatever is averaged over
+   both sides. */
+
+/* The springls about a place. */
+typedef struct springls__crowd {
+    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];
+    float weight[SPRINGLS__CROWD];
+    int id[SPRINGLS__CROWD], count;
+} springls__crowd;
+
+/* False when it is full. */
+SPRINGLS__FN bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
+{
+    int i = crowd->count;
+    if (i == SPRINGLS__CROWD) return false;
+    crowd->p[i] = p;
+    crowd->n[i] = n;
+    crowd->a[i] = a;
+    crowd->weight[i] = weight;
+    crowd->id[i] = id;
+    crowd->count++;
+    return true;
+}
+
+/* narrow: see springls__find_sides. */
+SPRINGLS__FN springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow)
+{
+    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow);
+}
+
+/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
+SPRINGLS__FN void springls__gather_crowd(const springls_context *ctx, springls__v3 x, float radius, int known, springls__crowd *crowd)
+{
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+    int i;
+    crowd->count = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &ctx->set.s[i];
+        float near = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
+        if (i >= known || near <= 0.0f) continue;
+        if (springls__join(crowd, s->p, springls__springl_normal(s), ctx->set.a[i], near * near, i)) continue;
+        radius *= 0.8f; /* too many: begin again */
+        walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+        crowd->count = 0;
+    }
+}
+
+/* One side's surface about x; springl `self` is not asked. */
+SPRINGLS__FN springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
+                                                     int self)
+{
+    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
+    springls__fit_result result;
+    int i;
+    for (i = 0; i < crowd->count; i++)
+        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)
+            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);
+    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
+        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+        result.ok = 0;
+    return result;
+}
+
+/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
+   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
+   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
+SPRINGLS__FN springls__fit_result springls__settle(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
+                                                   springls__v3 a0, int self, int ways, int at_least)
+{
+    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
+    springls__fit_result fit[SPRINGLS__SIDES], result;
+    float least = FLT_MAX;
+    int side, best = -1, good = 0;
+    for (side = 0; side < sides.count; side++) {
+        float off;
+        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);
+        if (!fit[side].ok) continue;
+        good++;
+        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
+        if (off >= least) continue;
+        least = off;
+        best = side;
+    }
+    result.ok = good >= at_least;
+    result.point = x;
+    result.normal = n;
+    result.a = a0;
+    if (!result.ok) return result;
+    result = fit[best];
+    for (side = 0; side < sides.count; side++) {
+        int convex;
+        float beyond;
+        if (side == best || !fit[side].ok) continue;
+        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
+        if (!(ways & (convex ? 1 : 2))) result.ok = 0;
+        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
+        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
+    }
+    return result;
+}
+
+/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+SPRINGLS__FN bool springls__place_at_edge(const springls_context *ctx, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
+                                          springls__fit_result *result)
+{
+    springls__crowd crowd;
+    springls__sides sides;
+    springls__gather_crowd(ctx, x, SPRINGLS__FIT_RADIUS, known, &crowd);
+    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW);
+    if (sides.count < 2) return false;
+    *result = springls__settle(&crowd, sides, x, n, a0, -1, 3, 2);
+    return result->ok != 0;
+}
+
+/* ---- springls at a crease, before the level set follows ---- */
+
+typedef struct springls__sharpen_job {
+    springls_context *ctx;
+    springls__v3 *normal, *point; /* to be; edge tells where */
+    uint8_t *suspect;             /* 1: a neighbour faces elsewhere */
+    float slack;                  /* how far off its side a springl may lie, voxels */
+} springls__sharpen_job;
+
+SPRINGLS__FN void springls__suspect_task(void *arg, int begin, int end)
+{
+    const float radius = 1.5f, turned = 0.87f; /* cosine of 30 degrees */
+    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
+    const springls_context *ctx = job->ctx;
+    for (; begin < end; begin++) {
+        springls__v3 p = ctx->set.s[begin].p;
+        springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(p.x - radius, p.y - radius, p.z - radius),
+                                                             springls__v3_make(p.x + radius, p.y + radius, p.z + radius));
+        int other;
+        job->suspect[begin] = 0;
+        while ((other = springls__cell_walk_next(&walk)) >= 0 && !job->suspect[begin]) {
+            float along = springls__dot(job->normal[begin], job->normal[other]);
+            if (along < turned && along > SPRINGLS__AWAY && springls__length2(springls__sub(p, ctx->set.s[other].p)) < radius * radius)
+                job->suspect[begin] = 1;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__normals_task(void *arg, int begin, int end)
+{
+    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
+    for (; begin < end; begin++) job->normal[begin] = springls__springl_normal(&job->ctx->set.s[begin]);
+}
+
+SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
+{
+    const float radius = 2.5f;
+    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
+    springls_context *ctx = job->ctx;
+    springls__crowd crowd;
+    for (; begin < end; begin++) {
+        const springls__springl *s = &ctx->set.s[begin];
+        springls__fit_result fit;
+        springls__sides sides;
+        ctx->edge[begin] = 0;
+        if (!job->suspect[begin]) continue;
+        springls__gather_crowd(ctx, s->p, radius, ctx->set.count, &crowd);
+        sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW);
+        if (sides.count < 2) continue;
+        fit = springls__settle(&crowd, sides, s->p, springls__springl_normal(s), ctx->set.a[begin], begin, 3, 2);
+        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > job->slack * job->slack) continue;
+        ctx->edge[begin] = 1;
+        job->normal[begin] = fit.normal;
+        job->point[begin] = fit.point;
+    }
+}
+
+SPRINGLS__FN void springls__turn_task(void *arg, int begin, int end)
+{
+    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
+    springls_context *ctx = job->ctx;
+    int m;
+    for (; begin < end; begin++) {
+        springls__springl *s = &ctx->set.s[begin];
+        springls__v3 n = springls__springl_normal(s);
+        if (!ctx->edge[begin] || ctx->set.mask[begin]) continue;
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->p, springls__turn_to(springls__sub(s->q[m], s->p), n, job->normal[begin]));
+        springls__springl_finish(s);
+    }
+}
+
+/* Finds the springls at creases (edge) and turns each, about its particle, into its own side. */
+SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__sharpen_job *job)
+{
+    size_t n = (size_t)ctx->set.count;
+    int i, any = 0;
+    job->ctx = ctx;
+    ctx->stats.at_edges = 0;
+    SPRINGLS__TRY(springls__grow(ctx, &ctx->edge_memory, n + 1, 1, 0));
+    ctx->edge = (uint8_t *)ctx->edge_memory.data;
+    memset(ctx->edge, 0, n);
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof *job->normal, (void **)&job->normal));
+    SPRINGLS__TRY(springls__scratch(ctx, 5, n, sizeof *job->point, (void **)&job->point));
+    SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, (void **)&job->suspect));
+    springls__parallel(ctx, ctx->set.count, 512, springls__normals_task, job);
+    springls__parallel(ctx, ctx->set.count, 512, springls__suspect_task, job);
+    for (i = 0; i < ctx->set.count; i++) any += job->suspect[i];
+    if (!any) return SPRINGLS_OK;
+    springls__parallel(ctx, ctx->set.count, 64, springls__side_task, job);
+    springls__parallel(ctx, ctx->set.count, 256, springls__turn_task, job);
+    for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->edge[i];
+    ctx->omega_fresh = false;
+    ctx->model_fresh = false;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
+{
+    springls__sharpen_job job;
+    job.slack = 0.1f; /* they were put on a side and carried */
+    return springls__sharpen(ctx, &job);
+}
+
+/* ---- initial springls ---- */
+
+/* phi's gradient at a voxel, as a unit vector: central where that is as long as a distance's should be, else of the differences
+   to either side those that are. Zero where none are. */
+SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
+{
+    const float tolerance = 0.02f;
+    float c = springls__grid_phi(g, g->phi, x, y, z), near[6], off, least = tolerance;
+    springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int k;
+    for (k = 0; k < 6; k++)
+        near[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
+    d = springls__scale(springls__v3_make(near[1] - near[0], near[3] - near[2], near[5] - near[4]), 0.5f);
+    if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
+    for (k = 0; k < 8; k++) {
+        d.x = k & 1 ? near[1] - c : c - near[0];
+        d.y = k & 2 ? near[3] - c : c - near[2];
+        d.z = k & 4 ? near[5] - c : c - near[4];
+        off = springls__fabs(springls__length(d) - 1.0f);
+        if (off >= least) continue;
+        least = off;
+        best = springls__normalize(d);
+    }
+    return best;
+}
+
+/* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
+   leaves the distances inside it unrounded, a concave one those outside. */
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside, springls__crowd *crowd)
+{
+    const float depth = 1.8f;
+    int lo[3], hi[3], i, j, k;
+    lo[0] = (int)springls__floor(x.x - radius);
+    lo[1] = (int)springls__floor(x.y - radius);
+    lo[2] = (int)springls__floor(x.z - radius);
+    for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
+    crowd->count = 0;
+    for (k = lo[2]; k <= hi[2]; k++)
+        for (j = lo[1]; j <= hi[1]; j++)
+            for (i = lo[0]; i <= hi[0]; i++) {
+                float phi = springls__grid_phi(g, g->phi, i, j, k), near;
+                springls__v3 n, foot;
+                if ((phi < 0.0f) != inside || springls__fabs(phi) > depth) continue;
+                n = springls__unkinked_gradient(g, i, j, k);
+                foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
+                near = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
+                if (near > 0.0f && springls__length2(n) > 0.5f) springls__join(crowd, foot, n, foot, near * near, -2);
+            }
+}
+
+/* The springl on one side of a crease that it cut across. */
+SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s)
+{
+    const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
+    springls__v3 n = springls__springl_normal(s);
+    springls__crowd crowd;
+    springls__sides sides;
+    springls__fit_result fit;
+    int outside, m;
+    for (outside = 0; outside < 2; outside++) {
+        springls__gather_feet(g, s->p, radius, !outside, &crowd);
+        sides = springls__crowd_sides(&crowd, 0.0f);
+        if (sides.count < 1 || (outside && sides.count < 2)) continue;
+        fit = springls__settle(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
+        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        s->p = fit.point;
+        springls__springl_finish(s);
+        return true;
+    }
+    return false;
+}
+
+/* True where phi has a kink near one of the eight voxels about x: what is read there to third order is off. */
+SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
+{
+    int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
+    for (c = 0; c < 8; c++) {
+        springls__v3 voxel = springls__v3_make((float)(i + (c & 1)), (float)(j + (c >> 1 & 1)), (float)(k + (c >> 2)));
+        springls__v3 gradient = springls__v3_make(
+            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x + 1.0f, voxel.y, voxel.z)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x - 1.0f, voxel.y, voxel.z)),
+            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y + 1.0f, voxel.z)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y - 1.0f, voxel.z)),
+            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y, voxel.z + 1.0f)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y, voxel.z - 1.0f)));
+        if (springls__fabs(0.5f * springls__length(gradient) - 1.0f) > 0.02f) return true;
+    }
+    return false;
+}
+
+SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    for (; begin < end; begin++) {
+        springls__springl *s = &ctx->set.s[begin];
+        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s)) ctx->set.a[begin] = s->p;
+    }
+}
+
+/* Initial springls of a level set that cut across a crease are moved to one side of it. */
+SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
+{
+    springls__parallel(ctx, ctx->set.count, 64, springls__initial_edges_task, ctx);
+}
+
+/* ---- the level set near a crease ---- */
+
+/* Signed height of x over the sides about it, in say.value / say.weight; no weight where there are no sides. */
+SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
+{
+    springls__sides sides = springls__crowd_sides(crowd, 0.0f), known;
+    springls__v3 p[SPRINGLS__SIDES];
+    float height[SPRINGLS__SIDES];
+    springls__say all;
+    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
+    all.weight = all.value = 0.0f;
+    if (sides.count < 2) return all;
+    known.count = 0;
+    for (side = 0; side < sides.count; side++) {
+        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
+        float weight = 0.0f, value = 0.0f;
+        for (i = 0; i < crowd->count; i++) {
+            springls__say say;
+            if (springls__side_of(sides, crowd->n[i]) != side) continue;
+            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
+            weight += say.weight;
+            value += say.value;
+            middle = springls__mad(middle, crowd->p[i], say.weight);
+        }
+        if (weight < 1e-3f) continue;
+        p[known.count] = springls__scale(middle, 1.0f / weight);
+        height[known.count] = value / weight;
+        known.normal[known.count++] = sides.normal[side];
+        all.weight += weight;
+    }
+    if (known.count == 0) return all;
+    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
+    if (known.count > 2) {
+        convex[1] = springls__is_convex(p[0], known.normal[0], p[2], known.normal[2]);
+        convex[2] = springls__is_convex(p[1], known.normal[1], p[2], known.normal[2]);
+    }
+    all.value = all.weight * springls__height_over_sides(height, known.count, convex);
+    return all;
+}
+
+/* Of one brick: where springls at a crease are near, the sides have the say. */
+SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index, const int o[3], const float *phi, float width,
+                                          float *weight, float *value)
+{
+    const float reach2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    const uint32_t *near = ctx->cells.near_ids + ctx->cells.near_first[index];
+    int count = (int)(ctx->cells.near_first[index + 1] - ctx->cells.near_first[index]), v, k, edges = 0;
+    springls__crowd crowd;
+    for (k = 0; k < count; k++) edges += ctx->edge[near[k]];
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS && edges > 0; v++) {
+        springls__v3 x = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
+        springls__say say;
+        int at_edge = 0;
+        if (!(springls__fabs(phi[v]) < width)) continue;
+        crowd.count = 0;
+        for (k = 0; k < count; k++) {
+            const springls__springl *s = &ctx->set.s[near[k]];
+            float near2 = 1.0f - springls__length2(springls__sub(s->p, x)) / reach2;
+            if (near2 <= 0.0f) continue;
+            at_edge |= ctx->edge[near[k]];
+            springls__join(&crowd, s->p, springls__springl_normal(s), s->p, near2 * near2, (int)near[k]);
+        }
+        if (!at_edge) continue;
+        say = springls__edge_distance(&crowd, x);
+        if (say.weight <= 0.0f) continue;
+        weight[v] = say.weight;
+        value[v] = say.value;
+    }
+}
+
 /* ======== >>track  (src/track.h) =============================================================================== */
 /* track.h - where on the original surface a springl belongs (section 4.7). */
 
@@ -4250,6 +4834,7 @@ SPRINGLS__FN springls__fit_result springls__fit_at(const springls_context *ctx, 
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     int other, before;
+    if (ctx->params.keep_edges && springls__place_at_edge(ctx, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
         springls__v3 a = ctx->set.a[other];
@@ -4728,6 +5313,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
                         value[v] += say.value;
                     }
         }
+        if (ctx->params.keep_edges) springls__project_edges(ctx, begin, o, out, width, weight, value);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__corrected_phi(out[v], weight[v], value[v]);
     }
 }
@@ -5227,6 +5813,7 @@ SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
 SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 {
     int z;
+    if (ctx->params.keep_edges) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
     for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
     if (!ctx->params.project_level_set) return SPRINGLS_OK;
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
@@ -6418,6 +7005,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
     }
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
+    if (ctx->params.keep_edges && ctx->params.project_initial) springls__initial_edges(ctx);
     return springls__adopt_reference(ctx);
 }
 
@@ -7816,7 +8404,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 861 \"springls.h\"\n",
+    "#line 866 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -7853,7 +8441,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 899 \"springls.h\"\n",
+    "#line 904 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -7989,7 +8577,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1036 \"springls.h\"\n",
+    "#line 1041 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8056,7 +8644,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1104 \"springls.h\"\n",
+    "#line 1109 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8089,7 +8677,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1138 \"springls.h\"\n",
+    "#line 1143 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8187,7 +8775,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1237 \"springls.h\"\n",
+    "#line 1242 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8223,7 +8811,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1274 \"springls.h\"\n",
+    "#line 1279 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8255,7 +8843,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1307 \"springls.h\"\n",
+    "#line 1312 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8377,7 +8965,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1430 \"springls.h\"\n",
+    "#line 1435 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8385,7 +8973,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1439 \"springls.h\"\n",
+    "#line 1444 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -8438,7 +9026,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1493 \"springls.h\"\n",
+    "#line 1498 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -8448,7 +9036,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1504 \"springls.h\"\n",
+    "#line 1509 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -8481,7 +9069,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1538 \"springls.h\"\n",
+    "#line 1543 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -8536,7 +9124,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1594 \"springls.h\"\n",
+    "#line 1599 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -8605,7 +9193,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1664 \"springls.h\"\n",
+    "#line 1669 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -8637,7 +9225,184 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1697 \"springls.h\"\n",
+    "#line 1702 \"springls.h\"\n",
+    "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
+    "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
+    "   however strong the curvature. */\n",
+    "\n",
+    "#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */\n",
+    "#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */\n",
+    "#define SPRINGLS__CROWD 96 /* springls about a place                                        */\n",
+    "#define SPRINGLS__APART 0.77f   /* cosine of 40 degrees: sides of a crease differ by more   */\n",
+    "#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */\n",
+    "#define SPRINGLS__NARROW 0.25f  /* voxel: see springls__find_sides                           */\n",
+    "#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */\n",
+    "\n",
+    "/* Of `count` sides; 0 or 1: no crease here. */\n",
+    "typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;\n",
+    "\n",
+    "/* The side that a normal belongs to; -1: none. */\n",
+    "SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)\n",
+    "{\n",
+    "    int s, best = -1;\n",
+    "    float most = SPRINGLS__TOGETHER, along;\n",
+    "    for (s = 0; s < sides.count; s++) {\n",
+    "        along = springls__dot(sides.normal[s], n);\n",
+    "        if (along <= most) continue;\n",
+    "        most = along;\n",
+    "        best = s;\n",
+    "    }\n",
+    "    return best;\n",
+    "}\n",
+    "\n",
+    "/* Where the places of a side lie, in two tangent coordinates. */\n",
+    "typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__patch springls__patch_begin(void)\n",
+    "{\n",
+    "    springls__patch patch;\n",
+    "    patch.count = patch.u = patch.v = patch.uu = patch.uv = patch.vv = 0.0f;\n",
+    "    return patch;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, springls__v3 d, springls__v3 e1, springls__v3 e2)\n",
+    "{\n",
+    "    float u = springls__dot(d, e1), v = springls__dot(d, e2);\n",
+    "    patch.count += 1.0f;\n",
+    "    patch.u += u;\n",
+    "    patch.v += v;\n",
+    "    patch.uu += u * u;\n",
+    "    patch.uv += u * v;\n",
+    "    patch.vv += v * v;\n",
+    "    return patch;\n",
+    "}\n",
+    "\n",
+    "/* Their variance in the direction in which it is least. */\n",
+    "SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)\n",
+    "{\n",
+    "    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;\n",
+    "    float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;\n",
+    "    float half = 0.5f * (uu - vv);\n",
+    "    return 0.5f * (uu + vv) - springls__sqrt(half * half + uv * uv);\n",
+    "}\n",
+    "\n",
+    "/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */\n",
+    "typedef struct springls__support { springls__v3 normal; float weight; } springls__support;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[SPRINGLS__TRIES], int tries, const springls__v3 n[SPRINGLS__CROWD],\n",
+    "                                                      const float weight[SPRINGLS__CROWD], int count)\n",
+    "{\n",
+    "    springls__support best;\n",
+    "    int i, j, elsewhere;\n",
+    "    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    best.weight = 0.0f;\n",
+    "    for (i = 0; i < count; i++) {\n",
+    "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "        float support = 0.0f;\n",
+    "        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;\n",
+    "        if (!elsewhere) continue;\n",
+    "        for (j = 0; j < count; j++) {\n",
+    "            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;\n",
+    "            support += weight[j];\n",
+    "            sum = springls__mad(sum, n[j], weight[j]);\n",
+    "        }\n",
+    "        if (support <= best.weight) continue;\n",
+    "        best.weight = support;\n",
+    "        best.normal = springls__normalize(sum);\n",
+    "    }\n",
+    "    return best;\n",
+    "}\n",
+    "\n",
+    "/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */\n",
+    "typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],\n",
+    "                                                   const float weight[SPRINGLS__CROWD], int count)\n",
+    "{\n",
+    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;\n",
+    "    springls__patch patch = springls__patch_begin();\n",
+    "    springls__strip strip;\n",
+    "    float sum = 0.0f;\n",
+    "    int i;\n",
+    "    e1 = springls__normalize(springls__cross(facing, e1));\n",
+    "    e2 = springls__cross(facing, e1);\n",
+    "    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    for (i = 0; i < count; i++) {\n",
+    "        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;\n",
+    "        patch = springls__patch_add(patch, springls__sub(p[i], p[0]), e1, e2);\n",
+    "        strip.middle = springls__mad(strip.middle, p[i], weight[i]);\n",
+    "        sum += weight[i];\n",
+    "    }\n",
+    "    strip.middle = springls__scale(strip.middle, 1.0f / springls__max(sum, 1e-6f));\n",
+    "    strip.width2 = springls__patch_width2(patch);\n",
+    "    return strip;\n",
+    "}\n",
+    "\n",
+    "/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower\n",
+    "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
+    "   other sheets left out. A springl is on a side that it lies on, whichever of several ways it has been turned. */\n",
+    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],\n",
+    "                                                     const float weight[SPRINGLS__CROWD], int count, float narrow)\n",
+    "{\n",
+    "    const float on = 0.15f; /* voxel */\n",
+    "    springls__v3 tried[SPRINGLS__TRIES];\n",
+    "    springls__sides sides;\n",
+    "    float total = 0.0f, stray = 0.0f;\n",
+    "    int i, s, tries = 0;\n",
+    "    sides.count = 0;\n",
+    "    for (i = 0; i < count; i++) total += weight[i];\n",
+    "    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {\n",
+    "        springls__support side = springls__next_side(tried, tries, n, weight, count);\n",
+    "        springls__strip strip;\n",
+    "        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;\n",
+    "        tried[tries++] = side.normal;\n",
+    "        strip = springls__strip_of(side.normal, p, n, weight, count);\n",
+    "        if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;\n",
+    "        sides.middle[sides.count] = strip.middle;\n",
+    "        sides.normal[sides.count++] = side.normal;\n",
+    "    }\n",
+    "    for (total = 0.0f, i = 0; i < count; i++) {\n",
+    "        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;\n",
+    "        for (s = 0; s < sides.count; s++) {\n",
+    "            float along = springls__dot(n[i], sides.normal[s]);\n",
+    "            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
+    "            away = away && along < SPRINGLS__AWAY;\n",
+    "        }\n",
+    "        if (lies) total += weight[i];\n",
+    "        else if (!away) stray += weight[i];\n",
+    "    }\n",
+    "    if (stray * 5.0f > total) sides.count = 0;\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
+    "/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */\n",
+    "SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)\n",
+    "{\n",
+    "    springls__v3 d = springls__sub(q, p);\n",
+    "    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two\n",
+    "   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */\n",
+    "SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])\n",
+    "{\n",
+    "    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];\n",
+    "    if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);\n",
+    "    if (convex[0] == convex[2]) return springls__meet(springls__meet(h[0], h[2], convex[1]), h[1], convex[0]);\n",
+    "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
+    "}\n",
+    "\n",
+    "/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
+    "{\n",
+    "    springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);\n",
+    "    float c = springls__dot(n, m);\n",
+    "    if (c < -0.5f) return v;\n",
+    "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
+    "}\n",
+    "#line 1880 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -8777,7 +9542,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1838 \"springls.h\"\n",
+    "#line 2021 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -8830,6 +9595,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->cells.large_memory);
     springls__buffer_free(ctx, &ctx->cells.key_memory);
     springls__buffer_free(ctx, &ctx->neighbors);
+    springls__buffer_free(ctx, &ctx->edge_memory);
     for (i = 0; i < (int)(sizeof ctx->scratch / sizeof *ctx->scratch); i++) springls__buffer_free(ctx, &ctx->scratch[i]);
 }
 

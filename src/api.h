@@ -161,6 +161,7 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
+    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -455,6 +456,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
     SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
     SPRINGLS_STAGE_PROJECT, /* of phi: params.project_level_set */
+    SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
@@ -462,6 +464,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect",
 typedef struct springls_stats {
     int springls, steps, bricks;
     int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
+    int at_edges;            /* springls at sharp edges in the last step: params.keep_edges                     */
     float moved;             /* largest displacement of the last advect, voxels                                 */
     float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
     double seconds[SPRINGLS_STAGE_COUNT];

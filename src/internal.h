@@ -112,6 +112,8 @@ struct springls_context {
     springls__cells cells;
     springls__buffer scratch[8]; /* working memory of the stage that runs, grown and kept                       */
     springls__buffer neighbors;
+    uint8_t *edge;          /* 1 a springl: it lies at a sharp edge, as of the last step (edges.h)               */
+    springls__buffer edge_memory;
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_stats stats;
     double time;

@@ -39,6 +39,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
     p.project_level_set = 0;
+    p.keep_edges = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
@@ -64,6 +65,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACE_QUADRATIC;
     p.evolve_iterations = 3;
     p.project_level_set = 1;
+    p.keep_edges = 1;
     p.initial_stride = 1;
     return p;
 }

@@ -42,6 +42,7 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
                         value[v] += say.value;
                     }
         }
+        if (ctx->params.keep_edges) springls__project_edges(ctx, begin, o, out, width, weight, value);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__corrected_phi(out[v], weight[v], value[v]);
     }
 }

@@ -291,6 +291,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
     }
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
+    if (ctx->params.keep_edges && ctx->params.project_initial) springls__initial_edges(ctx);
     return springls__adopt_reference(ctx);
 }
 

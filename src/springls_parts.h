@@ -22,6 +22,7 @@
 #include "../kernels_embed/topology.h"
 #include "../kernels_embed/rebuild.h"
 #include "../kernels_embed/project.h"
+#include "../kernels_embed/edges.h"
 #include "../kernels_embed/marching_cubes.h"
 #include "../kernels_embed/winding.h"
 
@@ -44,6 +45,7 @@
 #include "advect.h"
 #include "relax.h"
 #include "contract.h"
+#include "edges.h"
 #include "track.h"
 #include "resample.h"
 #include "omega.h"

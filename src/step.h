@@ -10,6 +10,7 @@ SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
 SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 {
     int z;
+    if (ctx->params.keep_edges) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
     for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
     if (!ctx->params.project_level_set) return SPRINGLS_OK;
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
