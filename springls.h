@@ -137,6 +137,8 @@
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
      ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
      of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     With keep_edges = 1 (default set) springls at a crease are turned into their own side of it before every such loop
+     (keep_edges), and project, split and fill ask each side by itself: see SHARP EDGES.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
@@ -146,7 +148,7 @@
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project may also be called alone, in any order.
+   springls that it adds. Every stage but project and keep_edges may also be called alone, in any order.
 
 
    PARAMETERS
@@ -187,6 +189,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
+                keep_edges           1: sides of a sharp edge are not averaged           1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4
@@ -197,6 +200,16 @@
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+
+   SHARP EDGES
+
+   With keep_edges = 1 an edge stays an edge where springls about it fall into sides: groups of normals 50 degrees or more
+   apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
+   of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
+   smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
+   right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of
+   the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
 
 
    MEMORY
@@ -1706,9 +1719,9 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, float weight, float val
 #define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
 #define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
 #define SPRINGLS__CROWD 96 /* springls about a place                                        */
-#define SPRINGLS__APART 0.77f   /* cosine of 40 degrees: sides of a crease differ by more   */
+#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */
 #define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
-#define SPRINGLS__NARROW 0.25f  /* voxel: see springls__find_sides                           */
+#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */
 #define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */
 
 /* Of `count` sides; 0 or 1: no crease here. */
@@ -1755,8 +1768,8 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
     float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;
-    float half = 0.5f * (uu - vv);
-    return 0.5f * (uu + vv) - springls__sqrt(half * half + uv * uv);
+    float difference = 0.5f * (uu - vv);
+    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
 }
 
 /* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
@@ -1766,10 +1779,10 @@ SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[S
                                                       const float weight[SPRINGLS__CROWD], int count)
 {
     springls__support best;
-    int i, j, elsewhere;
+    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */
     best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
     best.weight = 0.0f;
-    for (i = 0; i < count; i++) {
+    for (i = 0; i < count; i += stride) {
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
         float support = 0.0f;
         for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;
@@ -1813,11 +1826,11 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
 
 /* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
-   other sheets left out. A springl is on a side that it lies on, whichever of several ways it has been turned. */
+   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side that it lies on, whichever of several ways it has been turned. */
 SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
-                                                     const float weight[SPRINGLS__CROWD], int count, float narrow)
+                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)
 {
-    const float on = 0.15f; /* voxel */
+    const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
     springls__sides sides;
     float total = 0.0f, stray = 0.0f;
@@ -1844,7 +1857,7 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRING
         if (lies) total += weight[i];
         else if (!away) stray += weight[i];
     }
-    if (stray * 5.0f > total) sides.count = 0;
+    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;
     return sides;
 }
 
@@ -2088,10 +2101,11 @@ typedef struct springls__constellation {
     uint32_t *id;
     uint32_t *generation;
     uint8_t *mask;          /* 1: does not relax                                                                */
+    uint8_t *edge;          /* 1: lies at a sharp edge, as of the last step (edges.h)                           */
     float *phi;             /* the level set at p, when it was last in step with p (phi_n of eq. 27)             */
     int count;
     uint32_t next_id;
-    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, phi_memory;
+    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, edge_memory, phi_memory;
 } springls__constellation;
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
@@ -2161,8 +2175,6 @@ struct springls_context {
     springls__cells cells;
     springls__buffer scratch[8]; /* working memory of the stage that runs, grown and kept                       */
     springls__buffer neighbors;
-    uint8_t *edge;          /* 1 a springl: it lies at a sharp edge, as of the last step (edges.h)               */
-    springls__buffer edge_memory;
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_stats stats;
     double time;
@@ -2507,6 +2519,8 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     set->generation = (uint32_t *)set->generation_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->mask_memory, n, sizeof *set->mask, kept * sizeof *set->mask));
     set->mask = (uint8_t *)set->mask_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, &set->edge_memory, n, sizeof *set->edge, kept * sizeof *set->edge));
+    set->edge = (uint8_t *)set->edge_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->phi_memory, n, sizeof *set->phi, kept * sizeof *set->phi));
     set->phi = (float *)set->phi_memory.data;
     return SPRINGLS_OK;
@@ -2525,6 +2539,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
     set->id[i] = set->next_id++;
     set->generation[i] = generation;
     set->mask[i] = mask;
+    set->edge[i] = 0;
     set->phi[i] = 0.0f;
     return i;
 }
@@ -2542,6 +2557,7 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
             set->id[n] = set->id[i];
             set->generation[n] = set->generation[i];
             set->mask[n] = set->mask[i];
+            set->edge[n] = set->edge[i];
             set->phi[n] = set->phi[i];
         }
         n++;
@@ -2573,6 +2589,7 @@ SPRINGLS__FN void springls__constellation_free(springls_context *ctx)
     springls__buffer_free(ctx, &set->id_memory);
     springls__buffer_free(ctx, &set->generation_memory);
     springls__buffer_free(ctx, &set->mask_memory);
+    springls__buffer_free(ctx, &set->edge_memory);
     springls__buffer_free(ctx, &set->phi_memory);
     memset(set, 0, sizeof *set);
 }
@@ -4400,10 +4417,10 @@ SPRINGLS__FN bool springls__join(springls__crowd *crowd, springls__v3 p, springl
     return true;
 }
 
-/* narrow: see springls__find_sides. */
-SPRINGLS__FN springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow)
+/* narrow, certain: see springls__find_sides. */
+SPRINGLS__FN springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)
 {
-    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow);
+    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
 }
 
 /* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
@@ -4487,8 +4504,11 @@ SPRINGLS__FN bool springls__place_at_edge(const springls_context *ctx, springls_
 {
     springls__crowd crowd;
     springls__sides sides;
+    int i, edges = 0;
     springls__gather_crowd(ctx, x, SPRINGLS__FIT_RADIUS, known, &crowd);
-    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW);
+    for (i = 0; i < crowd.count; i++) edges += ctx->set.edge[crowd.id[i]];
+    if (edges == 0) return false;
+    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__settle(&crowd, sides, x, n, a0, -1, 3, 2);
     return result->ok != 0;
@@ -4505,7 +4525,7 @@ typedef struct springls__sharpen_job {
 
 SPRINGLS__FN void springls__suspect_task(void *arg, int begin, int end)
 {
-    const float radius = 1.5f, turned = 0.87f; /* cosine of 30 degrees */
+    const float radius = 1.5f, turned = 0.77f; /* cosine of 30 degrees */
     const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
@@ -4538,14 +4558,15 @@ SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
         const springls__springl *s = &ctx->set.s[begin];
         springls__fit_result fit;
         springls__sides sides;
-        ctx->edge[begin] = 0;
+        bool was_edge = ctx->set.edge[begin] != 0; /* what was one may have worn a little */
+        ctx->set.edge[begin] = 0;
         if (!job->suspect[begin]) continue;
         springls__gather_crowd(ctx, s->p, radius, ctx->set.count, &crowd);
-        sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW);
+        sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
         if (sides.count < 2) continue;
         fit = springls__settle(&crowd, sides, s->p, springls__springl_normal(s), ctx->set.a[begin], begin, 3, 2);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > job->slack * job->slack) continue;
-        ctx->edge[begin] = 1;
+        ctx->set.edge[begin] = 1;
         job->normal[begin] = fit.normal;
         job->point[begin] = fit.point;
     }
@@ -4559,7 +4580,7 @@ SPRINGLS__FN void springls__turn_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->set.s[begin];
         springls__v3 n = springls__springl_normal(s);
-        if (!ctx->edge[begin] || ctx->set.mask[begin]) continue;
+        if (!ctx->set.edge[begin] || ctx->set.mask[begin]) continue;
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->p, springls__turn_to(springls__sub(s->q[m], s->p), n, job->normal[begin]));
         springls__springl_finish(s);
     }
@@ -4572,9 +4593,7 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
     int i, any = 0;
     job->ctx = ctx;
     ctx->stats.at_edges = 0;
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->edge_memory, n + 1, 1, 0));
-    ctx->edge = (uint8_t *)ctx->edge_memory.data;
-    memset(ctx->edge, 0, n);
+    if (n == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof *job->normal, (void **)&job->normal));
     SPRINGLS__TRY(springls__scratch(ctx, 5, n, sizeof *job->point, (void **)&job->point));
@@ -4582,10 +4601,13 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
     springls__parallel(ctx, ctx->set.count, 512, springls__normals_task, job);
     springls__parallel(ctx, ctx->set.count, 512, springls__suspect_task, job);
     for (i = 0; i < ctx->set.count; i++) any += job->suspect[i];
-    if (!any) return SPRINGLS_OK;
+    if (!any) {
+        memset(ctx->set.edge, 0, n);
+        return SPRINGLS_OK;
+    }
     springls__parallel(ctx, ctx->set.count, 64, springls__side_task, job);
     springls__parallel(ctx, ctx->set.count, 256, springls__turn_task, job);
-    for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->edge[i];
+    for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->set.edge[i];
     ctx->omega_fresh = false;
     ctx->model_fresh = false;
     return SPRINGLS_OK;
@@ -4594,7 +4616,7 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 {
     springls__sharpen_job job;
-    job.slack = 0.1f; /* they were put on a side and carried */
+    job.slack = 0.05f; /* they were put on a side and carried */
     return springls__sharpen(ctx, &job);
 }
 
@@ -4649,7 +4671,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
 }
 
 /* The springl on one side of a crease that it cut across. */
-SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s)
+SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
     const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
     springls__v3 n = springls__springl_normal(s);
@@ -4659,13 +4681,14 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
         springls__gather_feet(g, s->p, radius, !outside, &crowd);
-        sides = springls__crowd_sides(&crowd, 0.0f);
+        sides = springls__crowd_sides(&crowd, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__settle(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
         springls__springl_finish(s);
+        *edge = sides.count > 1;
         return true;
     }
     return false;
@@ -4691,7 +4714,7 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->set.s[begin];
-        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s)) ctx->set.a[begin] = s->p;
+        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s, &ctx->set.edge[begin])) ctx->set.a[begin] = s->p;
     }
 }
 
@@ -4706,7 +4729,7 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 /* Signed height of x over the sides about it, in say.value / say.weight; no weight where there are no sides. */
 SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
 {
-    springls__sides sides = springls__crowd_sides(crowd, 0.0f), known;
+    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
     springls__v3 p[SPRINGLS__SIDES];
     float height[SPRINGLS__SIDES];
     springls__say all;
@@ -4749,7 +4772,7 @@ SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index
     const uint32_t *near = ctx->cells.near_ids + ctx->cells.near_first[index];
     int count = (int)(ctx->cells.near_first[index + 1] - ctx->cells.near_first[index]), v, k, edges = 0;
     springls__crowd crowd;
-    for (k = 0; k < count; k++) edges += ctx->edge[near[k]];
+    for (k = 0; k < count; k++) edges += ctx->set.edge[near[k]];
     for (v = 0; v < SPRINGLS__BRICK_VOXELS && edges > 0; v++) {
         springls__v3 x = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
         springls__say say;
@@ -4760,7 +4783,7 @@ SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index
             const springls__springl *s = &ctx->set.s[near[k]];
             float near2 = 1.0f - springls__length2(springls__sub(s->p, x)) / reach2;
             if (near2 <= 0.0f) continue;
-            at_edge |= ctx->edge[near[k]];
+            at_edge |= ctx->set.edge[near[k]];
             springls__join(&crowd, s->p, springls__springl_normal(s), s->p, near2 * near2, (int)near[k]);
         }
         if (!at_edge) continue;
@@ -8404,7 +8427,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 866 \"springls.h\"\n",
+    "#line 879 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8441,7 +8464,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 904 \"springls.h\"\n",
+    "#line 917 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -8577,7 +8600,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1041 \"springls.h\"\n",
+    "#line 1054 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8644,7 +8667,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1109 \"springls.h\"\n",
+    "#line 1122 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -8677,7 +8700,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1143 \"springls.h\"\n",
+    "#line 1156 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -8775,7 +8798,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1242 \"springls.h\"\n",
+    "#line 1255 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -8811,7 +8834,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__mad(springls__mad(p, u, -0.5f * radius), v, -0.866025404f * radius);\n",
     "    return t;\n",
     "}\n",
-    "#line 1279 \"springls.h\"\n",
+    "#line 1292 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -8843,7 +8866,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1312 \"springls.h\"\n",
+    "#line 1325 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -8965,7 +8988,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1435 \"springls.h\"\n",
+    "#line 1448 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -8973,7 +8996,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1444 \"springls.h\"\n",
+    "#line 1457 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -9026,7 +9049,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1498 \"springls.h\"\n",
+    "#line 1511 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -9036,7 +9059,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1509 \"springls.h\"\n",
+    "#line 1522 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -9069,7 +9092,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1543 \"springls.h\"\n",
+    "#line 1556 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9124,7 +9147,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1599 \"springls.h\"\n",
+    "#line 1612 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9193,7 +9216,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1669 \"springls.h\"\n",
+    "#line 1682 \"springls.h\"\n",
     "/* project.h - the level set's value from oriented springls, to second order. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9225,7 +9248,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (weight < 1e-3f) return phi;\n",
     "    return change < 0.5f || (same_side && change < 0.75f) ? f : phi;\n",
     "}\n",
-    "#line 1702 \"springls.h\"\n",
+    "#line 1715 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -9233,9 +9256,9 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */\n",
     "#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */\n",
     "#define SPRINGLS__CROWD 96 /* springls about a place                                        */\n",
-    "#define SPRINGLS__APART 0.77f   /* cosine of 40 degrees: sides of a crease differ by more   */\n",
+    "#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */\n",
     "#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */\n",
-    "#define SPRINGLS__NARROW 0.25f  /* voxel: see springls__find_sides                           */\n",
+    "#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */\n",
     "#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */\n",
     "\n",
     "/* Of `count` sides; 0 or 1: no crease here. */\n",
@@ -9282,8 +9305,8 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;\n",
     "    float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;\n",
-    "    float half = 0.5f * (uu - vv);\n",
-    "    return 0.5f * (uu + vv) - springls__sqrt(half * half + uv * uv);\n",
+    "    float difference = 0.5f * (uu - vv);\n",
+    "    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);\n",
     "}\n",
     "\n",
     "/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */\n",
@@ -9293,10 +9316,10 @@ static const char *const springls__kernel_lines[] = {
     "                                                      const float weight[SPRINGLS__CROWD], int count)\n",
     "{\n",
     "    springls__support best;\n",
-    "    int i, j, elsewhere;\n",
+    "    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */\n",
     "    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    best.weight = 0.0f;\n",
-    "    for (i = 0; i < count; i++) {\n",
+    "    for (i = 0; i < count; i += stride) {\n",
     "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "        float support = 0.0f;\n",
     "        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;\n",
@@ -9340,11 +9363,11 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower\n",
     "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
-    "   other sheets left out. A springl is on a side that it lies on, whichever of several ways it has been turned. */\n",
+    "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side that it lies on, whichever of several ways it has been turned. */\n",
     "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],\n",
-    "                                                     const float weight[SPRINGLS__CROWD], int count, float narrow)\n",
+    "                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)\n",
     "{\n",
-    "    const float on = 0.15f; /* voxel */\n",
+    "    const float on = certain ? 0.06f : 0.15f; /* voxel */\n",
     "    springls__v3 tried[SPRINGLS__TRIES];\n",
     "    springls__sides sides;\n",
     "    float total = 0.0f, stray = 0.0f;\n",
@@ -9371,7 +9394,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (lies) total += weight[i];\n",
     "        else if (!away) stray += weight[i];\n",
     "    }\n",
-    "    if (stray * 5.0f > total) sides.count = 0;\n",
+    "    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;\n",
     "    return sides;\n",
     "}\n",
     "\n",
@@ -9402,7 +9425,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 1880 \"springls.h\"\n",
+    "#line 1893 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9542,7 +9565,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2021 \"springls.h\"\n",
+    "#line 2034 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9595,7 +9618,6 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->cells.large_memory);
     springls__buffer_free(ctx, &ctx->cells.key_memory);
     springls__buffer_free(ctx, &ctx->neighbors);
-    springls__buffer_free(ctx, &ctx->edge_memory);
     for (i = 0; i < (int)(sizeof ctx->scratch / sizeof *ctx->scratch); i++) springls__buffer_free(ctx, &ctx->scratch[i]);
 }
 

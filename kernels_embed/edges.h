@@ -5,9 +5,9 @@
 #define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
 #define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
 #define SPRINGLS__CROWD 96 /* springls about a place                                        */
-#define SPRINGLS__APART 0.77f   /* cosine of 40 degrees: sides of a crease differ by more   */
+#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */
 #define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
-#define SPRINGLS__NARROW 0.25f  /* voxel: see springls__find_sides                           */
+#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */
 #define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */
 
 /* Of `count` sides; 0 or 1: no crease here. */
@@ -54,8 +54,8 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 {
     float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
     float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;
-    float half = 0.5f * (uu - vv);
-    return 0.5f * (uu + vv) - springls__sqrt(half * half + uv * uv);
+    float difference = 0.5f * (uu - vv);
+    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
 }
 
 /* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
@@ -65,10 +65,10 @@ SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[S
                                                       const float weight[SPRINGLS__CROWD], int count)
 {
     springls__support best;
-    int i, j, elsewhere;
+    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */
     best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
     best.weight = 0.0f;
-    for (i = 0; i < count; i++) {
+    for (i = 0; i < count; i += stride) {
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
         float support = 0.0f;
         for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;
@@ -112,11 +112,11 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
 
 /* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
-   other sheets left out. A springl is on a side that it lies on, whichever of several ways it has been turned. */
+   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side that it lies on, whichever of several ways it has been turned. */
 SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
-                                                     const float weight[SPRINGLS__CROWD], int count, float narrow)
+                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)
 {
-    const float on = 0.15f; /* voxel */
+    const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
     springls__sides sides;
     float total = 0.0f, stray = 0.0f;
@@ -143,7 +143,7 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRING
         if (lies) total += weight[i];
         else if (!away) stray += weight[i];
     }
-    if (stray * 5.0f > total) sides.count = 0;
+    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;
     return sides;
 }
 

@@ -23,10 +23,10 @@ SPRINGLS__FN bool springls__join(springls__crowd *crowd, springls__v3 p, springl
     return true;
 }
 
-/* narrow: see springls__find_sides. */
-SPRINGLS__FN springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow)
+/* narrow, certain: see springls__find_sides. */
+SPRINGLS__FN springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)
 {
-    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow);
+    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
 }
 
 /* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
@@ -110,8 +110,11 @@ SPRINGLS__FN bool springls__place_at_edge(const springls_context *ctx, springls_
 {
     springls__crowd crowd;
     springls__sides sides;
+    int i, edges = 0;
     springls__gather_crowd(ctx, x, SPRINGLS__FIT_RADIUS, known, &crowd);
-    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW);
+    for (i = 0; i < crowd.count; i++) edges += ctx->set.edge[crowd.id[i]];
+    if (edges == 0) return false;
+    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__settle(&crowd, sides, x, n, a0, -1, 3, 2);
     return result->ok != 0;
@@ -128,7 +131,7 @@ typedef struct springls__sharpen_job {
 
 SPRINGLS__FN void springls__suspect_task(void *arg, int begin, int end)
 {
-    const float radius = 1.5f, turned = 0.87f; /* cosine of 30 degrees */
+    const float radius = 1.5f, turned = 0.77f; /* cosine of 30 degrees */
     const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
@@ -161,14 +164,15 @@ SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
         const springls__springl *s = &ctx->set.s[begin];
         springls__fit_result fit;
         springls__sides sides;
-        ctx->edge[begin] = 0;
+        bool was_edge = ctx->set.edge[begin] != 0; /* what was one may have worn a little */
+        ctx->set.edge[begin] = 0;
         if (!job->suspect[begin]) continue;
         springls__gather_crowd(ctx, s->p, radius, ctx->set.count, &crowd);
-        sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW);
+        sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
         if (sides.count < 2) continue;
         fit = springls__settle(&crowd, sides, s->p, springls__springl_normal(s), ctx->set.a[begin], begin, 3, 2);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > job->slack * job->slack) continue;
-        ctx->edge[begin] = 1;
+        ctx->set.edge[begin] = 1;
         job->normal[begin] = fit.normal;
         job->point[begin] = fit.point;
     }
@@ -182,7 +186,7 @@ SPRINGLS__FN void springls__turn_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->set.s[begin];
         springls__v3 n = springls__springl_normal(s);
-        if (!ctx->edge[begin] || ctx->set.mask[begin]) continue;
+        if (!ctx->set.edge[begin] || ctx->set.mask[begin]) continue;
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->p, springls__turn_to(springls__sub(s->q[m], s->p), n, job->normal[begin]));
         springls__springl_finish(s);
     }
@@ -195,9 +199,7 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
     int i, any = 0;
     job->ctx = ctx;
     ctx->stats.at_edges = 0;
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->edge_memory, n + 1, 1, 0));
-    ctx->edge = (uint8_t *)ctx->edge_memory.data;
-    memset(ctx->edge, 0, n);
+    if (n == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof *job->normal, (void **)&job->normal));
     SPRINGLS__TRY(springls__scratch(ctx, 5, n, sizeof *job->point, (void **)&job->point));
@@ -205,10 +207,13 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
     springls__parallel(ctx, ctx->set.count, 512, springls__normals_task, job);
     springls__parallel(ctx, ctx->set.count, 512, springls__suspect_task, job);
     for (i = 0; i < ctx->set.count; i++) any += job->suspect[i];
-    if (!any) return SPRINGLS_OK;
+    if (!any) {
+        memset(ctx->set.edge, 0, n);
+        return SPRINGLS_OK;
+    }
     springls__parallel(ctx, ctx->set.count, 64, springls__side_task, job);
     springls__parallel(ctx, ctx->set.count, 256, springls__turn_task, job);
-    for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->edge[i];
+    for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->set.edge[i];
     ctx->omega_fresh = false;
     ctx->model_fresh = false;
     return SPRINGLS_OK;
@@ -217,7 +222,7 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 {
     springls__sharpen_job job;
-    job.slack = 0.1f; /* they were put on a side and carried */
+    job.slack = 0.05f; /* they were put on a side and carried */
     return springls__sharpen(ctx, &job);
 }
 
@@ -272,7 +277,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
 }
 
 /* The springl on one side of a crease that it cut across. */
-SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s)
+SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
     const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
     springls__v3 n = springls__springl_normal(s);
@@ -282,13 +287,14 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
         springls__gather_feet(g, s->p, radius, !outside, &crowd);
-        sides = springls__crowd_sides(&crowd, 0.0f);
+        sides = springls__crowd_sides(&crowd, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__settle(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
         springls__springl_finish(s);
+        *edge = sides.count > 1;
         return true;
     }
     return false;
@@ -314,7 +320,7 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->set.s[begin];
-        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s)) ctx->set.a[begin] = s->p;
+        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s, &ctx->set.edge[begin])) ctx->set.a[begin] = s->p;
     }
 }
 
@@ -329,7 +335,7 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 /* Signed height of x over the sides about it, in say.value / say.weight; no weight where there are no sides. */
 SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
 {
-    springls__sides sides = springls__crowd_sides(crowd, 0.0f), known;
+    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
     springls__v3 p[SPRINGLS__SIDES];
     float height[SPRINGLS__SIDES];
     springls__say all;
@@ -372,7 +378,7 @@ SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index
     const uint32_t *near = ctx->cells.near_ids + ctx->cells.near_first[index];
     int count = (int)(ctx->cells.near_first[index + 1] - ctx->cells.near_first[index]), v, k, edges = 0;
     springls__crowd crowd;
-    for (k = 0; k < count; k++) edges += ctx->edge[near[k]];
+    for (k = 0; k < count; k++) edges += ctx->set.edge[near[k]];
     for (v = 0; v < SPRINGLS__BRICK_VOXELS && edges > 0; v++) {
         springls__v3 x = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
         springls__say say;
@@ -383,7 +389,7 @@ SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index
             const springls__springl *s = &ctx->set.s[near[k]];
             float near2 = 1.0f - springls__length2(springls__sub(s->p, x)) / reach2;
             if (near2 <= 0.0f) continue;
-            at_edge |= ctx->edge[near[k]];
+            at_edge |= ctx->set.edge[near[k]];
             springls__join(&crowd, s->p, springls__springl_normal(s), s->p, near2 * near2, (int)near[k]);
         }
         if (!at_edge) continue;

@@ -70,6 +70,8 @@
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
      ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
      of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     With keep_edges = 1 (default set) springls at a crease are turned into their own side of it before every such loop
+     (keep_edges), and project, split and fill ask each side by itself: see SHARP EDGES.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
@@ -79,7 +81,7 @@
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project may also be called alone, in any order.
+   springls that it adds. Every stage but project and keep_edges may also be called alone, in any order.
 
 
    PARAMETERS
@@ -120,6 +122,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
+                keep_edges           1: sides of a sharp edge are not averaged           1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4
@@ -130,6 +133,16 @@
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+
+   SHARP EDGES
+
+   With keep_edges = 1 an edge stays an edge where springls about it fall into sides: groups of normals 50 degrees or more
+   apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
+   of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
+   smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
+   right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of
+   the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
 
 
    MEMORY

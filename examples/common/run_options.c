@@ -35,7 +35,7 @@ static const struct member members[] = {
     WHOLE(resample_last),    REAL(split_edge),         REAL(split_area),
     WHOLE(placement),        REAL(band_half_width),    REAL(capture),
     WHOLE(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
-    REAL(curvature),         WHOLE(project_level_set), WHOLE(topology),
+    REAL(curvature),         WHOLE(project_level_set), WHOLE(keep_edges), WHOLE(topology),
     REAL(nearest_rule),      WHOLE(track_iterations),  REAL(track_step),
     WHOLE(vertex_velocity),  WHOLE(half_time_sampling), WHOLE(initial_stride),
     WHOLE(project_initial),
