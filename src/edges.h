@@ -332,7 +332,7 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 
 /* ---- the level set near a crease ---- */
 
-/* Signed height of x over the sides about it, in say.value / say.weight; no weight where there are no sides. */
+/* Signed height of x over the sides about it, in say.value / say.weight; no weight where it is not clear what the sides are. */
 SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
 {
     springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
@@ -341,7 +341,7 @@ SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd,
     springls__say all;
     int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
     all.weight = all.value = 0.0f;
-    if (sides.count < 2) return all;
+    if (sides.count == 0) return all;
     known.count = 0;
     for (side = 0; side < sides.count; side++) {
         springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
