@@ -173,6 +173,9 @@ typedef struct springls_params {
     int vertex_velocity;     /* 1: every vertex moves with its own velocity; 0: with the particle's (eq. 2)     */
     int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
 
+    /* after a step */
+    int volume_lock;         /* 1: every component keeps its volume by an offset of its surface; 0: the paper   */
+
     /* initial springls from a level set or shape */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
     int project_initial;     /* 1: move particles and vertices onto the zero level                              */
@@ -457,6 +460,7 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
     SPRINGLS_STAGE_PROJECT, /* of phi: params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
+    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
@@ -465,6 +469,7 @@ typedef struct springls_stats {
     int springls, steps, bricks;
     int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
     int at_edges;            /* springls at sharp edges in the last step: params.keep_edges                     */
+    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels      */
     float moved;             /* largest displacement of the last advect, voxels                                 */
     float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
     double seconds[SPRINGLS_STAGE_COUNT];

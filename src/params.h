@@ -46,6 +46,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.track_step = 0.5f;
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
+    p.volume_lock = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;

@@ -13,6 +13,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->set.count = 0;
     ctx->set.next_id = 0;
     ctx->iteration = 0;
+    ctx->locked_count = 0;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grid_clear(ctx, &ctx->grid, false);

@@ -55,10 +55,11 @@
 #include "project.h"
 #include "fill_gaps.h"
 #include "unsigned_to_signed.h"
+#include "mesh_measure.h"
+#include "volume_lock.h"
 #include "step.h"
 
 /* in */
-#include "mesh_measure.h"
 #include "bvh.h"
 #include "shapes.h"
 #include "set_level_set.h"

@@ -48,10 +48,21 @@ SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool 
     return springls_resample(ctx);
 }
 
+/* The chosen algorithm after Advect. */
+SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const springls_step_desc *step)
+{
+    if (step->mode == SPRINGLS_ADVECT_ONLY) return SPRINGLS_OK;
+    SPRINGLS__TRY(step->mode == SPRINGLS_FLUID ? springls__fluid_step(ctx, step->one_to_one) : springls__elastic_step(ctx, step->one_to_one));
+    return ctx->params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float dt)
 {
     springls_status status;
-    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    double started;
+    if (!ctx->params.volume_lock) ctx->locked_count = 0;
+    else if (ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
+    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
     if (step->mode == SPRINGLS_FLUID) springls__sample_phi(ctx);
     status = springls__advect(ctx, step->forces, (float)ctx->time, dt, step->stop_at_topology);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
@@ -59,9 +70,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     ctx->time += (double)dt;
     ctx->iteration++;
     ctx->stats.steps++;
-    if (step->mode == SPRINGLS_FLUID) return springls__fluid_step(ctx, step->one_to_one);
-    if (step->mode == SPRINGLS_ELASTIC) return springls__elastic_step(ctx, step->one_to_one);
-    return SPRINGLS_OK;
+    return springls__after_advect(ctx, step);
 }
 
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)

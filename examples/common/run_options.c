@@ -38,7 +38,7 @@ static const struct member members[] = {
     REAL(curvature),         WHOLE(project_level_set), WHOLE(keep_edges), WHOLE(topology),
     REAL(nearest_rule),      WHOLE(track_iterations),  REAL(track_step),
     WHOLE(vertex_velocity),  WHOLE(half_time_sampling), WHOLE(initial_stride),
-    WHOLE(project_initial),
+    WHOLE(project_initial),   WHOLE(volume_lock),
 };
 
 static const struct member *find_member(const char *name, size_t length)
