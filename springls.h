@@ -1899,6 +1899,10 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
     return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
 }
 
+/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick
+   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */
+SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.9f ? height : phi; }
+
 /* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
 {
@@ -4548,6 +4552,7 @@ typedef struct springls__sharpen_job {
     springls_context *ctx;
     springls__v3 *normal, *point; /* to be; edge tells where */
     uint8_t *suspect;             /* 1: a neighbour faces elsewhere */
+    const uint8_t *was;           /* edge, before                                                            */
     float slack;                  /* how far off its side a springl may lie, voxels */
 } springls__sharpen_job;
 
@@ -4578,7 +4583,7 @@ SPRINGLS__FN void springls__normals_task(void *arg, int begin, int end)
 
 SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
 {
-    const float radius = 2.5f;
+    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
     const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
     springls_context *ctx = job->ctx;
     springls__crowd crowd;
@@ -4586,10 +4591,12 @@ SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
         const springls__springl *s = &ctx->set.s[begin];
         springls__fit_result fit;
         springls__sides sides;
-        bool was_edge = ctx->set.edge[begin] != 0; /* what was one may have worn a little */
+        bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
+        int i;
         ctx->set.edge[begin] = 0;
         if (!job->suspect[begin]) continue;
         springls__gather_crowd(ctx, s->p, radius, ctx->set.count, &crowd);
+        for (i = 0; i < crowd.count; i++) was_edge = was_edge || (crowd.weight[i] > beside && job->was[crowd.id[i]]);
         sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
         if (sides.count < 2) continue;
         fit = springls__settle(&crowd, sides, s->p, springls__springl_normal(s), ctx->set.a[begin], begin, 3, 2);
@@ -4618,6 +4625,7 @@ SPRINGLS__FN void springls__turn_task(void *arg, int begin, int end)
 SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__sharpen_job *job)
 {
     size_t n = (size_t)ctx->set.count;
+    uint8_t *was;
     int i, any = 0;
     job->ctx = ctx;
     ctx->stats.at_edges = 0;
@@ -4626,6 +4634,7 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
     SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof *job->normal, (void **)&job->normal));
     SPRINGLS__TRY(springls__scratch(ctx, 5, n, sizeof *job->point, (void **)&job->point));
     SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, (void **)&job->suspect));
+    SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, (void **)&was));
     springls__parallel(ctx, ctx->set.count, 512, springls__normals_task, job);
     springls__parallel(ctx, ctx->set.count, 512, springls__suspect_task, job);
     for (i = 0; i < ctx->set.count; i++) any += job->suspect[i];
@@ -4633,6 +4642,8 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
         memset(ctx->set.edge, 0, n);
         return SPRINGLS_OK;
     }
+    memcpy(was, ctx->set.edge, n);
+    job->was = was;
     springls__parallel(ctx, ctx->set.count, 64, springls__side_task, job);
     springls__parallel(ctx, ctx->set.count, 256, springls__turn_task, job);
     for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->set.edge[i];
@@ -4792,8 +4803,8 @@ SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd,
     return all;
 }
 
-/* Of one brick: where springls at a crease are near, the sides have the say. */
-SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index, const int o[3], const float *phi, float width,
+/* Of one brick: where springls at a crease are near, the sides have the say, in phi and in the sums that correct it. */
+SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index, const int o[3], float *phi, float width,
                                           float *weight, float *value)
 {
     const float reach2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
@@ -4817,6 +4828,7 @@ SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index
         if (!at_edge) continue;
         say = springls__edge_distance(&crowd, x);
         if (say.weight <= 0.0f) continue;
+        phi[v] = springls__edge_phi(phi[v], say.value / say.weight);
         weight[v] = say.weight;
         value[v] = say.value;
     }
@@ -9896,6 +9908,10 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
     "}\n",
     "\n",
+    "/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick\n",
+    "   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */\n",
+    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.9f ? height : phi; }\n",
+    "\n",
     "/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
     "{\n",
@@ -9904,7 +9920,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 1912 \"springls.h\"\n",
+    "#line 1916 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -10044,7 +10060,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2053 \"springls.h\"\n",
+    "#line 2057 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",

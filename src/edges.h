@@ -126,6 +126,7 @@ typedef struct springls__sharpen_job {
     springls_context *ctx;
     springls__v3 *normal, *point; /* to be; edge tells where */
     uint8_t *suspect;             /* 1: a neighbour faces elsewhere */
+    const uint8_t *was;           /* edge, before                                                            */
     float slack;                  /* how far off its side a springl may lie, voxels */
 } springls__sharpen_job;
 
@@ -156,7 +157,7 @@ SPRINGLS__FN void springls__normals_task(void *arg, int begin, int end)
 
 SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
 {
-    const float radius = 2.5f;
+    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
     const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
     springls_context *ctx = job->ctx;
     springls__crowd crowd;
@@ -164,10 +165,12 @@ SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
         const springls__springl *s = &ctx->set.s[begin];
         springls__fit_result fit;
         springls__sides sides;
-        bool was_edge = ctx->set.edge[begin] != 0; /* what was one may have worn a little */
+        bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
+        int i;
         ctx->set.edge[begin] = 0;
         if (!job->suspect[begin]) continue;
         springls__gather_crowd(ctx, s->p, radius, ctx->set.count, &crowd);
+        for (i = 0; i < crowd.count; i++) was_edge = was_edge || (crowd.weight[i] > beside && job->was[crowd.id[i]]);
         sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
         if (sides.count < 2) continue;
         fit = springls__settle(&crowd, sides, s->p, springls__springl_normal(s), ctx->set.a[begin], begin, 3, 2);
@@ -196,6 +199,7 @@ SPRINGLS__FN void springls__turn_task(void *arg, int begin, int end)
 SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__sharpen_job *job)
 {
     size_t n = (size_t)ctx->set.count;
+    uint8_t *was;
     int i, any = 0;
     job->ctx = ctx;
     ctx->stats.at_edges = 0;
@@ -204,6 +208,7 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
     SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof *job->normal, (void **)&job->normal));
     SPRINGLS__TRY(springls__scratch(ctx, 5, n, sizeof *job->point, (void **)&job->point));
     SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, (void **)&job->suspect));
+    SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, (void **)&was));
     springls__parallel(ctx, ctx->set.count, 512, springls__normals_task, job);
     springls__parallel(ctx, ctx->set.count, 512, springls__suspect_task, job);
     for (i = 0; i < ctx->set.count; i++) any += job->suspect[i];
@@ -211,6 +216,8 @@ SPRINGLS__FN springls_status springls__sharpen(springls_context *ctx, springls__
         memset(ctx->set.edge, 0, n);
         return SPRINGLS_OK;
     }
+    memcpy(was, ctx->set.edge, n);
+    job->was = was;
     springls__parallel(ctx, ctx->set.count, 64, springls__side_task, job);
     springls__parallel(ctx, ctx->set.count, 256, springls__turn_task, job);
     for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->set.edge[i];
@@ -370,8 +377,8 @@ SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd,
     return all;
 }
 
-/* Of one brick: where springls at a crease are near, the sides have the say. */
-SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index, const int o[3], const float *phi, float width,
+/* Of one brick: where springls at a crease are near, the sides have the say, in phi and in the sums that correct it. */
+SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index, const int o[3], float *phi, float width,
                                           float *weight, float *value)
 {
     const float reach2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
@@ -395,6 +402,7 @@ SPRINGLS__FN void springls__project_edges(const springls_context *ctx, int index
         if (!at_edge) continue;
         say = springls__edge_distance(&crowd, x);
         if (say.weight <= 0.0f) continue;
+        phi[v] = springls__edge_phi(phi[v], say.value / say.weight);
         weight[v] = say.weight;
         value[v] = say.value;
     }
