@@ -4460,6 +4460,7 @@ SPRINGLS__FN void springls__gather_crowd(const springls_context *ctx, springls__
 {
     springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+    const float least = 0.3f;
     int i;
     crowd->count = 0;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -4467,7 +4468,8 @@ SPRINGLS__FN void springls__gather_crowd(const springls_context *ctx, springls__
         float near = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || near <= 0.0f) continue;
         if (springls__join(crowd, s->p, springls__springl_normal(s), ctx->set.a[i], near * near, i)) continue;
-        radius *= 0.8f; /* too many: begin again */
+        if (radius < least) return; /* they lie on each other: these will do */
+        radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
         crowd->count = 0;
