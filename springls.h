@@ -1901,7 +1901,7 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
 
 /* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick
    out beyond an edge carry the evolved value away. What is a voxel off is another surface. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.9f ? height : phi; }
+SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
 
 /* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
@@ -4711,6 +4711,15 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
             }
 }
 
+/* A corner of a triangle that sticks out beyond an edge, drawn back towards the particle. */
+SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
+{
+    const float out = 0.1f; /* voxel */
+    int i;
+    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
+    return q;
+}
+
 /* The springl on one side of a crease that it cut across. */
 SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
@@ -4728,6 +4737,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
+        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
         springls__springl_finish(s);
         *edge = sides.count > 1;
         return true;
@@ -9912,7 +9922,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick\n",
     "   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */\n",
-    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.9f ? height : phi; }\n",
+    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
     "\n",
     "/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",

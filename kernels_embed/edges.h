@@ -168,7 +168,7 @@ SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES]
 
 /* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick
    out beyond an edge carry the evolved value away. What is a voxel off is another surface. */
-SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.9f ? height : phi; }
+SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
 
 /* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */
 SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)

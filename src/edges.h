@@ -285,6 +285,15 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
             }
 }
 
+/* A corner of a triangle that sticks out beyond an edge, drawn back towards the particle. */
+SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
+{
+    const float out = 0.1f; /* voxel */
+    int i;
+    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
+    return q;
+}
+
 /* The springl on one side of a crease that it cut across. */
 SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
@@ -302,6 +311,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
+        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
         springls__springl_finish(s);
         *edge = sides.count > 1;
         return true;
