@@ -17,6 +17,7 @@
      >>topology             kernels_embed/topology.h
      >>rebuild              kernels_embed/rebuild.h
      >>project              kernels_embed/project.h
+     >>edges                kernels_embed/edges.h
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>winding              kernels_embed/winding.h
      >>fan                  kernels_embed/fan.h
@@ -39,6 +40,7 @@
      >>relax                src/relax.h
      >>around               src/around.h
      >>contract             src/contract.h
+     >>edges                src/edges.h
      >>track                src/track.h
      >>resample             src/resample.h
      >>omega                src/omega.h
@@ -49,8 +51,9 @@
      >>fill_from_springls   src/fill_from_springls.h
      >>fill_gaps            src/fill_gaps.h
      >>unsigned_to_signed   src/unsigned_to_signed.h
-     >>step                 src/step.h
      >>mesh_measure         src/mesh_measure.h
+     >>volume_lock          src/volume_lock.h
+     >>step                 src/step.h
      >>bvh                  src/bvh.h
      >>shapes               src/shapes.h
      >>set_level_set        src/set_level_set.h
@@ -158,6 +161,8 @@
      fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
      they span; the zero level's triangles follow only where no springl is within 1.5 voxels, not d_max. A wide hole then takes
      a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
+     keep_edges = 1: springls at a crease are turned into their own side of it before phi follows (keep_edges), and project,
+     split and fill ask each side by itself: see SHARP EDGES.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
@@ -167,7 +172,7 @@
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project may also be called alone, in any order.
+   springls that it adds. Every stage but project and keep_edges may also be called alone, in any order.
 
 
    PARAMETERS
@@ -210,6 +215,7 @@
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 predict              1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
+                keep_edges           1: sides of a sharp edge are not averaged           1         0
                 nucleate             1: that makes voxels within a thin sheet inside     1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
@@ -218,10 +224,33 @@
      lambda     track_step           of eq. 26                                           0.5       0.5
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
+                volume_lock          1: see VOLUME LOCK                                  0         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+
+   SHARP EDGES
+
+   With keep_edges = 1 an edge stays an edge where springls about it fall into sides: groups of normals 50 degrees or more
+   apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
+   of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
+   smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
+   right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of
+   the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
+
+
+   VOLUME LOCK
+
+   With volume_lock = 1 every step of SPRINGLS_FLUID and SPRINGLS_ELASTIC ends with each component's volume (of its marching
+   cubes surface, as springls_measure tells it, to about 1 part in 10^6) being what it was before the first step with the switch on: its
+   springls and phi are moved along their normals by one small distance a component. When components merge their volumes add up; when
+   one splits the parts share its volume as they divide it. A component that appears from nothing keeps the volume it appears
+   with; parts of less than 10 voxels count as
+   belonging to the largest. It holds the volume against forces too, so it is not for contours that are to grow. It is cosmetic: it hides a loss
+   of volume and improves nothing else, and it is off in every figure we report. springls_stats.volume_correction is what it
+   had to do. It needs 8 bytes more a voxel of active bricks and 4 a brick of the grid.
 
 
    MEMORY
@@ -553,6 +582,7 @@ typedef struct springls_params {
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
     int nucleate;            /* 1: and a voxel between the two sides of a thin sheet is inside; 0: phi alone says so */
     int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
+    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -564,6 +594,9 @@ typedef struct springls_params {
     int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the
                                 springl as a whole; 0: all with the particle's (eq. 2)                           */
     int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
+
+    /* after a step */
+    int volume_lock;         /* 1: every component keeps its volume by an offset of its surface; 0: the paper   */
 
     /* initial springls from a level set or shape */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
@@ -849,6 +882,8 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
     SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
     SPRINGLS_STAGE_PROJECT, /* of phi: params.project_level_set */
+    SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
+    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
@@ -856,6 +891,8 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect",
 typedef struct springls_stats {
     int springls, steps, bricks;
     int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
+    int at_edges;            /* springls at sharp edges in the last step: params.keep_edges                     */
+    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels      */
     float moved;             /* largest displacement of the last advect, voxels                                 */
     float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
     double seconds[SPRINGLS_STAGE_COUNT];
@@ -1724,8 +1761,8 @@ SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, floa
 #define SPRINGLS__PROJECT_RADIUS 1.6f
 
 /* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
-   with it. */
-typedef struct springls__oriented { springls__v3 p, n, moved; } springls__oriented;
+   with it. edge: 1 at a crease. */
+typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
 
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
@@ -1843,6 +1880,188 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
 {
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
+}
+
+/* ======== >>edges  (kernels_embed/edges.h) ===================================================================== */
+/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
+   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,
+   however strong the curvature. */
+
+#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
+#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
+#define SPRINGLS__CROWD 96 /* springls about a place                                        */
+#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */
+#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
+#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */
+#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */
+
+/* Of `count` sides; 0 or 1: no crease here. */
+typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;
+
+/* The side that a normal belongs to; -1: none. */
+SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
+{
+    int s, best = -1;
+    float most = SPRINGLS__TOGETHER, along;
+    for (s = 0; s < sides.count; s++) {
+        along = springls__dot(sides.normal[s], n);
+        if (along <= most) continue;
+        most = along;
+        best = s;
+    }
+    return best;
+}
+
+/* Where the places of a side lie, in two tangent coordinates. */
+typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;
+
+SPRINGLS__MATHS springls__patch springls__patch_begin(void)
+{
+    springls__patch patch;
+    patch.count = patch.u = patch.v = patch.uu = patch.uv = patch.vv = 0.0f;
+    return patch;
+}
+
+SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, springls__v3 d, springls__v3 e1, springls__v3 e2)
+{
+    float u = springls__dot(d, e1), v = springls__dot(d, e2);
+    patch.count += 1.0f;
+    patch.u += u;
+    patch.v += v;
+    patch.uu += u * u;
+    patch.uv += u * v;
+    patch.vv += v * v;
+    return patch;
+}
+
+/* Their variance in the direction in which it is least. */
+SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
+{
+    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;
+    float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;
+    float difference = 0.5f * (uu - vv);
+    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);
+}
+
+/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
+typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
+
+SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[SPRINGLS__TRIES], int tries, const springls__v3 n[SPRINGLS__CROWD],
+                                                      const float weight[SPRINGLS__CROWD], int count)
+{
+    springls__support best;
+    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */
+    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);
+    best.weight = 0.0f;
+    for (i = 0; i < count; i += stride) {
+        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+        float support = 0.0f;
+        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;
+        if (!elsewhere) continue;
+        for (j = 0; j < count; j++) {
+            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;
+            support += weight[j];
+            sum = springls__mad(sum, n[j], weight[j]);
+        }
+        if (support <= best.weight) continue;
+        best.weight = support;
+        best.normal = springls__normalize(sum);
+    }
+    return best;
+}
+
+/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */
+typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;
+
+SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
+                                                   const float weight[SPRINGLS__CROWD], int count)
+{
+    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;
+    springls__patch patch = springls__patch_begin();
+    springls__strip strip;
+    float sum = 0.0f;
+    int i;
+    e1 = springls__normalize(springls__cross(facing, e1));
+    e2 = springls__cross(facing, e1);
+    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);
+    for (i = 0; i < count; i++) {
+        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;
+        patch = springls__patch_add(patch, springls__sub(p[i], p[0]), e1, e2);
+        strip.middle = springls__mad(strip.middle, p[i], weight[i]);
+        sum += weight[i];
+    }
+    strip.middle = springls__scale(strip.middle, 1.0f / springls__max(sum, 1e-6f));
+    strip.width2 = springls__patch_width2(patch);
+    return strip;
+}
+
+/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
+   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
+   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side that it lies on, whichever of several ways it has been turned. */
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
+                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)
+{
+    const float on = certain ? 0.06f : 0.15f; /* voxel */
+    springls__v3 tried[SPRINGLS__TRIES];
+    springls__sides sides;
+    float total = 0.0f, stray = 0.0f;
+    int i, s, tries = 0;
+    sides.count = 0;
+    for (i = 0; i < count; i++) total += weight[i];
+    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {
+        springls__support side = springls__next_side(tried, tries, n, weight, count);
+        springls__strip strip;
+        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;
+        tried[tries++] = side.normal;
+        strip = springls__strip_of(side.normal, p, n, weight, count);
+        if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;
+        sides.middle[sides.count] = strip.middle;
+        sides.normal[sides.count++] = side.normal;
+    }
+    for (total = 0.0f, i = 0; i < count; i++) {
+        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
+        for (s = 0; s < sides.count; s++) {
+            float along = springls__dot(n[i], sides.normal[s]);
+            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
+            away = away && along < SPRINGLS__AWAY;
+        }
+        if (lies) total += weight[i];
+        else if (!away) stray += weight[i];
+    }
+    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;
+    return sides;
+}
+
+/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */
+SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
+{
+    springls__v3 d = springls__sub(q, p);
+    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;
+}
+
+/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two
+   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */
+SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
+
+SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])
+{
+    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];
+    if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);
+    if (convex[0] == convex[2]) return springls__meet(springls__meet(h[0], h[2], convex[1]), h[1], convex[0]);
+    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);
+}
+
+/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick
+   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */
+SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }
+
+/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */
+SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)
+{
+    springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);
+    float c = springls__dot(n, m);
+    if (c < -0.5f) return v;
+    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));
 }
 
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
@@ -2127,11 +2346,13 @@ typedef struct springls__constellation {
     uint32_t *id;
     uint32_t *generation;
     uint8_t *mask;          /* 1: does not relax                                                                */
+    int32_t *part;          /* the component it was part of when volumes were last locked; -1: none known       */
+    uint8_t *edge;          /* 1: lies at a sharp edge, as of the last step (edges.h)                           */
     float *phi;             /* the level set at p, when it was last in step with p (phi_n of eq. 27)             */
     springls__v3 *was;      /* where the particle was when phi was last in step with it                          */
     int count;
     uint32_t next_id;
-    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, phi_memory, was_memory;
+    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, part_memory, edge_memory, phi_memory, was_memory;
 } springls__constellation;
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
@@ -2201,6 +2422,8 @@ struct springls_context {
     springls__cells cells;
     springls__buffer scratch[8]; /* working memory of the stage that runs, grown and kept                       */
     springls__buffer neighbors;
+    springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
+    int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_stats stats;
     double time;
@@ -2383,7 +2606,7 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
-                                                             "fill_gaps", "track", "unsigned_to_signed", "project" };
+                                                             "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
@@ -2433,12 +2656,14 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
+    p.keep_edges = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
     p.track_step = 0.5f;
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
+    p.volume_lock = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -2465,6 +2690,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.nucleate = 1;
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
+    p.keep_edges = 1;
     p.initial_stride = 1;
     return p;
 }
@@ -2557,6 +2783,10 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     set->generation = (uint32_t *)set->generation_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->mask_memory, n, sizeof *set->mask, kept * sizeof *set->mask));
     set->mask = (uint8_t *)set->mask_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, &set->part_memory, n, sizeof *set->part, kept * sizeof *set->part));
+    set->part = (int32_t *)set->part_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, &set->edge_memory, n, sizeof *set->edge, kept * sizeof *set->edge));
+    set->edge = (uint8_t *)set->edge_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->phi_memory, n, sizeof *set->phi, kept * sizeof *set->phi));
     set->phi = (float *)set->phi_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->was_memory, n, sizeof *set->was, kept * sizeof *set->was));
@@ -2577,6 +2807,8 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
     set->id[i] = set->next_id++;
     set->generation[i] = generation;
     set->mask[i] = mask;
+    set->part[i] = -1;
+    set->edge[i] = 0;
     set->phi[i] = 0.0f;
     set->was[i] = s->p;
     return i;
@@ -2595,6 +2827,8 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
             set->id[n] = set->id[i];
             set->generation[n] = set->generation[i];
             set->mask[n] = set->mask[i];
+            set->part[n] = set->part[i];
+            set->edge[n] = set->edge[i];
             set->phi[n] = set->phi[i];
             set->was[n] = set->was[i];
         }
@@ -2634,6 +2868,8 @@ SPRINGLS__FN void springls__constellation_free(springls_context *ctx)
     springls__buffer_free(ctx, &set->id_memory);
     springls__buffer_free(ctx, &set->generation_memory);
     springls__buffer_free(ctx, &set->mask_memory);
+    springls__buffer_free(ctx, &set->part_memory);
+    springls__buffer_free(ctx, &set->edge_memory);
     springls__buffer_free(ctx, &set->phi_memory);
     springls__buffer_free(ctx, &set->was_memory);
     memset(set, 0, sizeof *set);
@@ -4797,6 +5033,7 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
+        if (ctx->set.edge[other]) return false; /* beyond a sharp edge it would look the same */
         m = springls__springl_normal(&ctx->set.s[other]);
         if (springls__is_far_side(d, n, m)) return true;
         beside += springls__is_beside(d, n, m);
@@ -4918,6 +5155,411 @@ SPRINGLS_API springls_status springls_contract(springls_context *ctx)
     return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
 }
 
+/* ======== >>edges  (src/edges.h) =============================================================================== */
+/* edges.h - sharp edges stay sharp (params.keep_edges): springls at a crease belong to one side of it. Their places are exact
+   where they were carried; what wears off are normals, which neighbours across the crease turn, and whatever is averaged over
+   both sides. */
+
+/* The springls about a place. */
+typedef struct springls__crowd {
+    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];
+    float weight[SPRINGLS__CROWD];
+    int id[SPRINGLS__CROWD], count;
+} springls__crowd;
+
+/* False when it is full. */
+SPRINGLS__FN bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
+{
+    int i = crowd->count;
+    if (i == SPRINGLS__CROWD) return false;
+    crowd->p[i] = p;
+    crowd->n[i] = n;
+    crowd->a[i] = a;
+    crowd->weight[i] = weight;
+    crowd->id[i] = id;
+    crowd->count++;
+    return true;
+}
+
+/* narrow, certain: see springls__find_sides. */
+SPRINGLS__FN springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)
+{
+    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
+}
+
+/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
+SPRINGLS__FN void springls__gather_crowd(const springls_context *ctx, springls__v3 x, float radius, int known, springls__crowd *crowd)
+{
+    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+    const float least = 0.3f;
+    int i;
+    crowd->count = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &ctx->set.s[i];
+        float near = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
+        if (i >= known || near <= 0.0f) continue;
+        if (springls__join(crowd, s->p, springls__springl_normal(s), ctx->set.a[i], near * near, i)) continue;
+        if (radius < least) return; /* they lie on each other: these will do */
+        radius *= 0.8f;             /* too many: begin again */
+        walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+        crowd->count = 0;
+    }
+}
+
+/* One side's surface about x; springl `self` is not asked. */
+SPRINGLS__FN springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
+                                                     int self)
+{
+    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
+    springls__fit_result result;
+    int i;
+    for (i = 0; i < crowd->count; i++)
+        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)
+            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);
+    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
+        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+        result.ok = 0;
+    return result;
+}
+
+/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
+   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
+   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
+SPRINGLS__FN springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
+                                                   springls__v3 a0, int self, int ways, int at_least)
+{
+    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
+    springls__fit_result fit[SPRINGLS__SIDES], result;
+    float least = FLT_MAX;
+    int side, best = -1, good = 0;
+    for (side = 0; side < sides.count; side++) {
+        float off;
+        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);
+        if (!fit[side].ok) continue;
+        good++;
+        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
+        if (off >= least) continue;
+        least = off;
+        best = side;
+    }
+    result.ok = good >= at_least;
+    result.point = x;
+    result.normal = n;
+    result.a = a0;
+    if (!result.ok) return result;
+    result = fit[best];
+    for (side = 0; side < sides.count; side++) {
+        int convex;
+        float beyond;
+        if (side == best || !fit[side].ok) continue;
+        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
+        if (!(ways & (convex ? 1 : 2))) result.ok = 0;
+        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
+        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
+    }
+    return result;
+}
+
+/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+SPRINGLS__FN bool springls__place_at_edge(const springls_context *ctx, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
+                                          springls__fit_result *result)
+{
+    springls__crowd crowd;
+    springls__sides sides;
+    int i, edges = 0;
+    if (ctx->stats.at_edges == 0) return false;
+    springls__gather_crowd(ctx, x, SPRINGLS__FIT_RADIUS, known, &crowd);
+    for (i = 0; i < crowd.count; i++) edges += ctx->set.edge[crowd.id[i]];
+    if (edges == 0) return false;
+    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);
+    if (sides.count < 2) return false;
+    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
+    return result->ok != 0;
+}
+
+/* ---- springls at a crease, before the level set follows ---- */
+
+typedef struct springls__sharpen_job {
+    springls_context *ctx;
+    springls__v3 *normal, *point; /* to be; edge tells where */
+    uint8_t *suspect;             /* 1: a neighbour faces elsewhere */
+    const uint8_t *was;           /* edge, before                                                            */
+    float slack;                  /* how far off its side a springl may lie, voxels */
+    bool anew;                    /* edges are looked for everywhere */
+} springls__sharpen_job;
+
+/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew, later those beside
+   the ones known. */
+SPRINGLS__FN void springls__suspect_task(void *arg, int begin, int end)
+{
+    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
+    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
+    const springls_context *ctx = job->ctx;
+    for (; begin < end; begin++) {
+        springls__v3 p = ctx->set.s[begin].p;
+        springls__cell_walk walk = springls__cell_walk_near(ctx, p, radius);
+        int other;
+        job->suspect[begin] = 0;
+        while ((other = springls__cell_walk_next(&walk)) >= 0 && !job->suspect[begin]) {
+            float along = springls__dot(job->normal[begin], job->normal[other]);
+            if (job->anew ? along < turned && along > SPRINGLS__AWAY : job->was[other])
+                job->suspect[begin] = springls__length2(springls__sub(p, ctx->set.s[other].p)) < radius * radius;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__normals_task(void *arg, int begin, int end)
+{
+    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
+    for (; begin < end; begin++) job->normal[begin] = springls__springl_normal(&job->ctx->set.s[begin]);
+}
+
+SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
+{
+    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
+    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
+    springls_context *ctx = job->ctx;
+    springls__crowd crowd;
+    for (; begin < end; begin++) {
+        const springls__springl *s = &ctx->set.s[begin];
+        springls__fit_result fit;
+        springls__sides sides;
+        bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
+        int i;
+        ctx->set.edge[begin] = 0;
+        if (!job->suspect[begin]) continue;
+        springls__gather_crowd(ctx, s->p, radius, ctx->set.count, &crowd);
+        for (i = 0; i < crowd.count; i++) was_edge = was_edge || (crowd.weight[i] > beside && job->was[crowd.id[i]]);
+        sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
+        if (sides.count < 2) continue;
+        fit = springls__side_at(&crowd, sides, s->p, springls__springl_normal(s), ctx->set.a[begin], begin, 3, 2);
+        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > job->slack * job->slack) continue;
+        ctx->set.edge[begin] = 1;
+        job->normal[begin] = fit.normal;
+        job->point[begin] = fit.point;
+    }
+}
+
+SPRINGLS__FN void springls__turn_task(void *arg, int begin, int end)
+{
+    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
+    springls_context *ctx = job->ctx;
+    int m;
+    for (; begin < end; begin++) {
+        springls__springl *s = &ctx->set.s[begin];
+        springls__v3 n = springls__springl_normal(s);
+        if (!ctx->set.edge[begin] || ctx->set.mask[begin]) continue;
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->p, springls__turn_to(springls__sub(s->q[m], s->p), n, job->normal[begin]));
+        springls__springl_finish(s);
+    }
+}
+
+SPRINGLS__FN void springls__count_edges(springls_context *ctx)
+{
+    int i;
+    ctx->stats.at_edges = 0;
+    for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->set.edge[i];
+}
+
+/* Finds the springls at creases (edge), and the normal and place that each has on its side. */
+SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, springls__sharpen_job *job, bool anew)
+{
+    size_t n = (size_t)ctx->set.count;
+    uint8_t *was;
+    job->ctx = ctx;
+    job->slack = 0.05f; /* they were put on a side and carried */
+    job->anew = anew;
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof *job->normal, (void **)&job->normal));
+    SPRINGLS__TRY(springls__scratch(ctx, 5, n, sizeof *job->point, (void **)&job->point));
+    SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, (void **)&job->suspect));
+    SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, (void **)&was));
+    memcpy(was, ctx->set.edge, n);
+    job->was = was;
+    springls__parallel(ctx, ctx->set.count, 512, springls__normals_task, job);
+    springls__parallel(ctx, ctx->set.count, 512, springls__suspect_task, job);
+    springls__parallel(ctx, ctx->set.count, 64, springls__side_task, job);
+    springls__count_edges(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Edges of a model that has just been set. Others are not looked for later: what bends sharply in motion is no edge. */
+SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx)
+{
+    springls__sharpen_job job;
+    return springls__sort_sides(ctx, &job, true);
+}
+
+/* Springls at a crease are turned, each about its particle, into their own side. */
+SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
+{
+    springls__sharpen_job job;
+    SPRINGLS__TRY(springls__sort_sides(ctx, &job, false));
+    springls__parallel(ctx, ctx->set.count, 256, springls__turn_task, &job);
+    ctx->omega_fresh = false;
+    ctx->model_fresh = false;
+    return SPRINGLS_OK;
+}
+
+/* ---- initial springls ---- */
+
+/* phi's gradient at a voxel, as a unit vector: central where that is as long as a distance's should be, else of the differences
+   to either side those that are. Zero where none are. */
+SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
+{
+    const float tolerance = 0.02f;
+    float c = springls__grid_phi(g, g->phi, x, y, z), near[6], off, least = tolerance;
+    springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int k;
+    for (k = 0; k < 6; k++)
+        near[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
+    d = springls__scale(springls__v3_make(near[1] - near[0], near[3] - near[2], near[5] - near[4]), 0.5f);
+    if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
+    for (k = 0; k < 8; k++) {
+        d.x = k & 1 ? near[1] - c : c - near[0];
+        d.y = k & 2 ? near[3] - c : c - near[2];
+        d.z = k & 4 ? near[5] - c : c - near[4];
+        off = springls__fabs(springls__length(d) - 1.0f);
+        if (off >= least) continue;
+        least = off;
+        best = springls__normalize(d);
+    }
+    return best;
+}
+
+/* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
+   leaves the distances inside it unrounded, a concave one those outside. */
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside, springls__crowd *crowd)
+{
+    const float depth = 1.8f;
+    int lo[3], hi[3], i, j, k;
+    lo[0] = (int)springls__floor(x.x - radius);
+    lo[1] = (int)springls__floor(x.y - radius);
+    lo[2] = (int)springls__floor(x.z - radius);
+    for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
+    crowd->count = 0;
+    for (k = lo[2]; k <= hi[2]; k++)
+        for (j = lo[1]; j <= hi[1]; j++)
+            for (i = lo[0]; i <= hi[0]; i++) {
+                float phi = springls__grid_phi(g, g->phi, i, j, k), near;
+                springls__v3 n, foot;
+                if ((phi < 0.0f) != inside || springls__fabs(phi) > depth) continue;
+                n = springls__unkinked_gradient(g, i, j, k);
+                foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
+                near = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
+                if (near > 0.0f && springls__length2(n) > 0.5f) springls__join(crowd, foot, n, foot, near * near, -2);
+            }
+}
+
+/* A corner of a triangle that sticks out beyond an edge, drawn back towards the particle. */
+SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
+{
+    const float out = 0.1f; /* voxel */
+    int i;
+    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
+    return q;
+}
+
+/* The springl on one side of a crease that it cut across. */
+SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
+{
+    const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
+    springls__v3 n = springls__springl_normal(s);
+    springls__crowd crowd;
+    springls__sides sides;
+    springls__fit_result fit;
+    int outside, m;
+    for (outside = 0; outside < 2; outside++) {
+        springls__gather_feet(g, s->p, radius, !outside, &crowd);
+        sides = springls__crowd_sides(&crowd, 0.0f, false);
+        if (sides.count < 1 || (outside && sides.count < 2)) continue;
+        fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
+        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        s->p = fit.point;
+        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
+        springls__springl_finish(s);
+        *edge = sides.count > 1;
+        return true;
+    }
+    return false;
+}
+
+/* True where phi has a kink near one of the eight voxels about x: what is read there to third order is off. */
+SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
+{
+    int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
+    for (c = 0; c < 8; c++) {
+        springls__v3 voxel = springls__v3_make((float)(i + (c & 1)), (float)(j + (c >> 1 & 1)), (float)(k + (c >> 2)));
+        springls__v3 gradient = springls__v3_make(
+            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x + 1.0f, voxel.y, voxel.z)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x - 1.0f, voxel.y, voxel.z)),
+            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y + 1.0f, voxel.z)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y - 1.0f, voxel.z)),
+            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y, voxel.z + 1.0f)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y, voxel.z - 1.0f)));
+        if (springls__fabs(0.5f * springls__length(gradient) - 1.0f) > 0.02f) return true;
+    }
+    return false;
+}
+
+SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    for (; begin < end; begin++) {
+        springls__springl *s = &ctx->set.s[begin];
+        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s, &ctx->set.edge[begin])) ctx->set.a[begin] = s->p;
+    }
+}
+
+/* Initial springls of a level set that cut across a crease are moved to one side of it. */
+SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
+{
+    springls__parallel(ctx, ctx->set.count, 64, springls__initial_edges_task, ctx);
+    springls__count_edges(ctx);
+}
+
+/* ---- the level set near a crease ---- */
+
+/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
+SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
+{
+    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
+    springls__v3 p[SPRINGLS__SIDES];
+    float height[SPRINGLS__SIDES];
+    springls__say all;
+    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
+    all.weight = all.distance = 0.0f;
+    if (sides.count == 0) return all;
+    known.count = 0;
+    for (side = 0; side < sides.count; side++) {
+        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
+        float weight = 0.0f, value = 0.0f;
+        for (i = 0; i < crowd->count; i++) {
+            springls__say say;
+            if (springls__side_of(sides, crowd->n[i]) != side) continue;
+            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
+            weight += say.weight;
+            value += say.weight * say.distance;
+            middle = springls__mad(middle, crowd->p[i], say.weight);
+        }
+        if (weight < 1e-3f) continue;
+        p[known.count] = springls__scale(middle, 1.0f / weight);
+        height[known.count] = value / weight;
+        known.normal[known.count++] = sides.normal[side];
+        all.weight += weight;
+    }
+    if (known.count == 0) return all;
+    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
+    if (known.count > 2) {
+        convex[1] = springls__is_convex(p[0], known.normal[0], p[2], known.normal[2]);
+        convex[2] = springls__is_convex(p[1], known.normal[1], p[2], known.normal[2]);
+    }
+    all.distance = springls__height_over_sides(height, known.count, convex);
+    return all;
+}
+
 /* ======== >>track  (src/track.h) =============================================================================== */
 /* track.h - where on the original surface a springl belongs (section 4.7). */
 
@@ -4981,6 +5623,7 @@ SPRINGLS__FN springls__fit_result springls__fit_at(const springls_context *ctx, 
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     int other, before;
+    if (ctx->params.keep_edges && springls__place_at_edge(ctx, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
         springls__v3 a = ctx->set.a[other];
@@ -5449,6 +6092,7 @@ SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
         o->p = ctx->set.s[i].p;
         o->n = springls__springl_normal(&ctx->set.s[i]);
         o->moved = springls__sub(o->p, ctx->set.was[i]);
+        o->edge = ctx->params.keep_edges && ctx->set.edge[i];
     }
 }
 
@@ -5529,6 +6173,39 @@ SPRINGLS__FN void springls__brick_sums_take(const springls__project_job *job, co
         for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
 }
 
+SPRINGLS__FN bool springls__near_edge(const springls__project_job *job, const springls__near_ranges *near_by)
+{
+    int r, k;
+    if (!job->ctx->params.keep_edges || job->ctx->stats.at_edges == 0) return false;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (job->oriented[k].edge) return true;
+    return false;
+}
+
+/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
+SPRINGLS__FN bool springls__project_at_edge(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, float *phi)
+{
+    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    springls__crowd crowd;
+    springls__say say;
+    int r, k, edges = 0;
+    crowd.count = 0;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            const springls__oriented *s = &job->oriented[k];
+            float near = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
+            if (near <= 0.0f) continue;
+            edges += s->edge;
+            springls__join(&crowd, s->p, s->n, s->p, near * near, k);
+        }
+    if (edges == 0) return false;
+    say = springls__edge_distance(&crowd, x);
+    if (say.weight <= 0.0f) return false;
+    *phi = springls__edge_phi(*phi, say.distance);
+    return true;
+}
+
 /* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
 SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
 {
@@ -5546,18 +6223,20 @@ SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, cons
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
    thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside. */
 SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, const springls__near_ranges *near_by, const springls__wide_tile *tile,
-                                           const int origin[3], int v, springls__moments sum, float phi)
+                                           const int origin[3], int v, springls__moments sum, bool at_edge, float phi)
 {
+    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
+    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
     springls__projection f;
     if (job->carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!job->ctx->params.project_level_set) return phi;
+    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(job, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
     if (job->ctx->params.nucleate && springls__beside_lost(phi, f)) return f.distance;
-    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)) {
-        springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
-        if (springls__between_sides(job, near_by, x, sum.normal) && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal))) return f.distance;
-    }
+    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(job, near_by, x, sum.normal)
+        && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal)))
+        return f.distance;
     return springls__corrected_phi(phi, f);
 }
 
@@ -5572,17 +6251,18 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        bool some;
+        bool some, at_edge;
         job->in_doubt[begin] = 0;
         springls__slot_origin(g, g->active[begin], o);
         near_by = springls__near_brick(job, o);
         some = near_by.count > 0;
+        at_edge = some && springls__near_edge(job, &near_by);
         if (some) springls__brick_sums_take(job, &near_by, o, &sums);
         if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             out[v] = phi[v];
             if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
-                out[v] = springls__project_voxel(job, &near_by, &tile, o, v, springls__moments_load(&sums, v), phi[v]);
+                out[v] = springls__project_voxel(job, &near_by, &tile, o, v, springls__moments_load(&sums, v), at_edge, phi[v]);
             } else if (job->carry && springls__fabs(phi[v]) < job->most_moved) {
                 out[v] = springls__doubtful(phi[v], g->far_value);
                 job->in_doubt[begin] = 1;
@@ -5728,7 +6408,7 @@ SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, i
     springls__fit_result fit;
     springls__seed seed;
     memset(&seed, 0, sizeof seed);
-    if (opening.angle <= widest) return seed;
+    if (opening.angle <= widest || ctx->set.edge[i]) return seed; /* a side opens at its edge */
     x = springls__mad(s->p, opening.middle, away);
     if (!springls__has_room(ctx, x, n)) return seed;
     fit = springls__fit_at(ctx, x, n, ctx->set.a[i], ctx->set.count);
@@ -6303,147 +6983,6 @@ SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
     return springls__staged(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
 }
 
-/* ======== >>step  (src/step.h) ================================================================================= */
-/* step.h - Algorithms 2 and 3. */
-
-SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
-{
-    SPRINGLS__TRY(springls_evolve(ctx));
-    return springls_rebuild(ctx);
-}
-
-/* The level set catches up with the springls. */
-SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
-{
-    int z;
-    if (ctx->params.predict) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
-    for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->params.project_level_set || (ctx->params.predict && ctx->params.evolve_iterations == 0)) return SPRINGLS_OK;
-    return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
-}
-
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->params.resample_period == 0; }
-
-/* Algorithm 2 after Advect. */
-SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
-{
-    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration);
-    SPRINGLS__TRY(springls_relax(ctx));
-    if (resample && !last) {
-        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
-        SPRINGLS__TRY(springls_resample(ctx));
-        SPRINGLS__TRY(springls_relax(ctx));
-    }
-    if (ctx->params.predict && ctx->stats.moved > ctx->grid.far_value) /* too far to be carried */
-        SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx));
-    if (!resample) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__orient(ctx));
-    if (last) {
-        SPRINGLS__TRY(springls_contract(ctx));
-        SPRINGLS__TRY(springls_resample(ctx));
-    }
-    return springls_fill_gaps(ctx);
-}
-
-/* Algorithm 3 after Advect. */
-SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool one_to_one)
-{
-    SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx));
-    SPRINGLS__TRY(springls_relax(ctx));
-    if (one_to_one) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls_fill_gaps(ctx));
-    SPRINGLS__TRY(springls_contract(ctx));
-    return springls_resample(ctx);
-}
-
-/* One step of at most *dt, in which no particle goes further than `most` voxels (0: any way); *dt becomes the time that has
-   passed. A force may be stronger during the step than at its start: then a shorter one is tried. */
-SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float most, float *dt, float *moved)
-{
-    springls_status status = SPRINGLS_OK;
-    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    int tries;
-    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && springls__resample_due(ctx, ctx->iteration + 1)) springls__sample_phi(ctx);
-    for (tries = 0; tries < 40; tries++) {
-        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
-        if (status != SPRINGLS_OK || most == 0.0f || *moved <= most) break;
-        *dt *= springls__max(0.95f * most / *moved, 0.1f);
-    }
-    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    if (status != SPRINGLS_OK) return status;
-    ctx->time += (double)*dt;
-    ctx->iteration++;
-    ctx->stats.steps++;
-    if (step->mode == SPRINGLS_FLUID) return springls__fluid_step(ctx, step->one_to_one);
-    if (step->mode == SPRINGLS_ELASTIC) return springls__elastic_step(ctx, step->one_to_one);
-    return SPRINGLS_OK;
-}
-
-/* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
-SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
-{
-    const float most = step->max_displacement * 1.0001f, growth = 1.5f;
-    const double end = ctx->time + (double)step->dt;
-    float left = step->dt, moved;
-    while (left > 1e-6f * step->dt) {
-        float parts = springls__floor(left / dt * 0.9999f) + 1.0f, taken = left / parts;
-        SPRINGLS__TRY(springls__substep(ctx, step, most, &taken, &moved));
-        left = (float)(end - ctx->time);
-        dt = taken * springls__min(step->max_displacement / springls__max(moved, 1e-6f), growth);
-    }
-    ctx->time = end;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
-{
-    const float most = 10000.0f;
-    float speed, limit, dt, moved;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
-    if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
-    dt = step->dt;
-    if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
-    SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
-    if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        dt = speed > 1e-6f ? limit / speed : 0.0f;
-        return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    }
-    if (!(speed * dt <= most * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %.0f sub-steps of max_displacement", (double)most);
-    return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
-}
-
-SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
-{
-    const float still = 1e-3f; /* share of moving springls at which an active contour has arrived */
-    int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
-    for (i = 0; i < steps; i++) {
-        SPRINGLS__TRY(springls_step(ctx, step));
-        if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
-            return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (step->stop_at_rest && ctx->stats.moving <= still) return SPRINGLS_OK;
-    }
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
-
-SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
-{
-    if (ctx && time > -DBL_MAX && time < DBL_MAX) ctx->time = time;
-}
-
-/* in */
-
 /* ======== >>mesh_measure  (src/mesh_measure.h) ================================================================= */
 /* mesh_measure.h - what an indexed triangle mesh encloses, and what is wrong with it. Nothing here allocates. */
 
@@ -6602,6 +7141,600 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
     springls__mesh_count_edges(report, sides, side_count);
     report->euler = report->vertices - report->edges + report->triangles;
 }
+
+/* ======== >>volume_lock  (src/volume_lock.h) =================================================================== */
+/* volume_lock.h - the volume of every component is held (params.volume_lock) by a tiny offset of its springls and of phi along
+   the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
+   its volume is that of its marching cubes surface, the one springls_measure tells. What it should be goes with the springls:
+   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed. */
+
+/* A component now. */
+typedef struct springls__part { double volume, area; float offset, moved; int32_t kin; bool speck; } springls__part; /* moved: offsets in all */
+
+typedef struct springls__parts {
+    springls__part *part;
+    int count;
+    int32_t *rank;          /* slot -> place in `active`                                                        */
+    int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, and then of all bricks       */
+    int32_t *label;         /* component of a voxel of active bricks, or -1: too far outside                    */
+    int32_t voxels;         /* nodes that are voxels                                                            */
+} springls__parts;
+
+/* The node of an inside voxel: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__part_node(const springls__grid *g, const springls__parts *parts, int x, int y, int z)
+{
+    int slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return parts->voxels + springls__brick_at(g, x, y, z);
+    return parts->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+}
+
+SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int z)
+{
+    return springls__grid_contains(g, x, y, z) && springls__grid_voxel(g, g->phi, x, y, z) < 0.0f;
+}
+
+/* The lower root stays one. */
+SPRINGLS__FN void springls__part_join(springls__parts *parts, int32_t a, int32_t b)
+{
+    a = springls__find_root(parts->parent, a);
+    b = springls__find_root(parts->parent, b);
+    if (a < b) parts->parent[b] = a;
+    else parts->parent[a] = b;
+}
+
+/* The voxel next to (x, y, z): d counts -x +x -y +y -z +z. */
+SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
+{
+    out[0] = x + (d == 1) - (d == 0);
+    out[1] = y + (d == 3) - (d == 2);
+    out[2] = z + (d == 5) - (d == 4);
+}
+
+SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts *parts)
+{
+    int i, v, d, o[3], to[3], brick, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2];
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            if (!springls__is_inside(g, x, y, z)) continue;
+            for (d = 0; d < 6; d++) {
+                springls__voxel_beside(x, y, z, d, to);
+                if (springls__is_inside(g, to[0], to[1], to[2]))
+                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v, springls__part_node(g, parts, to[0], to[1], to[2]));
+            }
+        }
+    }
+    for (brick = 0; brick < bricks; brick++) { /* constant ones among themselves */
+        int x = brick % g->bricks[0], y = brick / g->bricks[0] % g->bricks[1], z = brick / (g->bricks[0] * g->bricks[1]);
+        if (g->top[brick] != SPRINGLS__INSIDE) continue;
+        for (d = 1; d < 6; d += 2) {
+            int beside;
+            springls__voxel_beside(x, y, z, d, to);
+            if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
+            beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
+            if (g->top[beside] == SPRINGLS__INSIDE) springls__part_join(parts, parts->voxels + brick, parts->voxels + beside);
+        }
+    }
+}
+
+typedef void (*springls__part_triangle)(springls__parts *parts, springls__tri t, const int32_t nodes[3]);
+
+/* Marching cubes: every triangle with the nodes inside the three edges that it hangs on. */
+SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__parts *parts, springls__part_triangle visit)
+{
+    float tile[SPRINGLS__TILE_VOXELS];
+    int32_t nodes[3];
+    int i, x, y, z, k, m;
+    for (i = 0; i < g->active_count; i++) {
+        springls__cube_range range = springls__brick_cubes(g, g->active[i]);
+        springls__load_tile(g, g->phi, g->active[i], tile);
+        for (z = range.lo[2]; z <= range.hi[2]; z++)
+            for (y = range.lo[1]; y <= range.hi[1]; y++)
+                for (x = range.lo[0]; x <= range.hi[0]; x++) {
+                    springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+                    int mask = springls__mc_case(cell);
+                    for (k = 0; k < springls__mc_count(mask); k++) {
+                        for (m = 0; m < 3; m++) {
+                            int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
+                            if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
+                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1), range.origin[1] + y + (c >> 1 & 1),
+                                                           range.origin[2] + z + (c >> 2));
+                        }
+                        visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
+                    }
+                }
+    }
+}
+
+SPRINGLS__FN void springls__join_triangle(springls__parts *parts, springls__tri t, const int32_t nodes[3])
+{
+    (void)t;
+    springls__part_join(parts, nodes[0], nodes[1]);
+    springls__part_join(parts, nodes[0], nodes[2]);
+}
+
+/* Area, and the volume under the triangle, for the component that it bounds. */
+SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__tri t, const int32_t nodes[3])
+{
+    springls__v3 area2 = springls__tri_area2(t);
+    springls__part *part;
+    int32_t label = nodes[0] < parts->voxels ? parts->label[nodes[0]] : -1;
+    if (label < 0) return;
+    part = &parts->part[label];
+    part->area += 0.5 * (double)springls__length(area2);
+    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z) * (1.0 / 6.0);
+}
+
+SPRINGLS__FN void springls__measure_parts(const springls__grid *g, springls__parts *parts)
+{
+    int i;
+    for (i = 0; i < parts->count; i++) parts->part[i].volume = parts->part[i].area = 0.0;
+    springls__part_triangles(g, parts, springls__measure_triangle);
+}
+
+/* An outside voxel belongs to the component that the way down phi leads to. -1 where phi is flat. */
+SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__parts *parts, int x, int y, int z)
+{
+    const int longest = 32; /* voxels: more than any band is wide */
+    int step, d, to[3];
+    for (step = 0; step < longest; step++) {
+        float least = springls__grid_voxel(g, g->phi, x, y, z);
+        int best = -1;
+        if (least < 0.0f) {
+            int32_t node = springls__part_node(g, parts, x, y, z);
+            return node < parts->voxels ? parts->label[node] : -1;
+        }
+        for (d = 0; d < 6; d++) {
+            float phi;
+            springls__voxel_beside(x, y, z, d, to);
+            if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
+            phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
+            if (phi >= least) continue;
+            least = phi;
+            best = d;
+        }
+        if (best < 0) return -1;
+        springls__voxel_beside(x, y, z, best, to);
+        x = to[0];
+        y = to[1];
+        z = to[2];
+    }
+    return -1;
+}
+
+/* Components in the order of their first voxel. */
+SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
+{
+    const springls__grid *g = &ctx->grid;
+    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2], nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
+    int32_t i, o[3];
+    int v;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
+    parts->voxels = g->active_count * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->slot_count, sizeof *parts->rank, (void **)&parts->rank));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)nodes, sizeof *parts->parent, (void **)&parts->parent));
+    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)parts->voxels, sizeof *parts->label, (void **)&parts->label));
+    for (i = 0; i < g->active_count; i++) parts->rank[g->active[i]] = i;
+    for (i = 0; i < (int32_t)nodes; i++) parts->parent[i] = i;
+    springls__join_faces(g, parts);
+    springls__part_triangles(g, parts, springls__join_triangle);
+    parts->count = 0;
+    for (i = 0; i < parts->voxels; i++) parts->label[i] = -1;
+    for (i = 0; i < g->active_count; i++) { /* a component has a surface, so its first voxel that is active tells */
+        springls__slot_origin(g, g->active[i], o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int32_t node = i * SPRINGLS__BRICK_VOXELS + v, root;
+            if (!springls__is_inside(g, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6))) continue;
+            root = springls__find_root(parts->parent, node);
+            parts->label[node] = root == node ? parts->count++ : parts->label[root]; /* a root is the lowest of its tree */
+        }
+    }
+    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)parts->count, sizeof *parts->part, (void **)&parts->part));
+    memset(parts->part, 0, (size_t)parts->count * sizeof *parts->part);
+    for (i = 0; i < g->active_count; i++) {
+        springls__slot_origin(g, g->active[i], o);
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            if (springls__grid_contains(g, x, y, z) && !springls__is_inside(g, x, y, z))
+                parts->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, parts, x, y, z);
+        }
+    }
+    springls__measure_parts(g, parts);
+    return SPRINGLS_OK;
+}
+
+/* The component of a springl: that of the deepest labelled voxel of the eight about its particle. */
+SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const springls__parts *parts, springls__v3 p)
+{
+    int i, j, k, c;
+    int32_t label = -1;
+    float least = FLT_MAX;
+    i = (int)springls__floor(springls__clamp(p.x, -1.0f, (float)g->size[0]));
+    j = (int)springls__floor(springls__clamp(p.y, -1.0f, (float)g->size[1]));
+    k = (int)springls__floor(springls__clamp(p.z, -1.0f, (float)g->size[2]));
+    for (c = 0; c < 8; c++) {
+        int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2), slot;
+        int32_t here;
+        float phi;
+        if (!springls__grid_contains(g, x, y, z)) continue;
+        slot = springls__slot_at(g, x, y, z);
+        if (slot < SPRINGLS__FIRST_SLOT) continue;
+        here = parts->label[springls__part_node(g, parts, x, y, z)];
+        phi = springls__grid_voxel(g, g->phi, x, y, z);
+        if (here < 0 || phi >= least) continue;
+        least = phi;
+        label = here;
+    }
+    return label;
+}
+
+/* ---- what a volume should be ---- */
+
+/* What is known before and what there is now, as nodes of one forest: components before come first. */
+typedef struct springls__kin { double target, volume, area; int64_t votes; } springls__kin; /* of a root: of all its tree */
+
+typedef struct springls__kinship { springls__kin *kin; int32_t *parent; uint64_t *votes; size_t vote_count; int before; } springls__kinship;
+
+SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
+{
+    const double *known = (const double *)ctx->locked_memory.data;
+    size_t nodes;
+    int i;
+    k->before = ctx->locked_count;
+    nodes = (size_t)k->before + (size_t)parts->count;
+    k->vote_count = 0;
+    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)ctx->set.count, sizeof *k->votes, (void **)&k->votes));
+    SPRINGLS__TRY(springls__scratch(ctx, 6, nodes, sizeof *k->kin, (void **)&k->kin));
+    SPRINGLS__TRY(springls__scratch(ctx, 7, nodes, sizeof *k->parent, (void **)&k->parent));
+    for (i = 0; i < (int)nodes; i++) {
+        k->parent[i] = i;
+        k->kin[i].votes = 0;
+        k->kin[i].target = i < k->before ? known[i] : 0.0;
+        k->kin[i].volume = i < k->before ? 0.0 : parts->part[i - k->before].volume;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Every springl votes for a tie between the component it was part of and the one it is part of now. */
+SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
+{
+    int i;
+    for (i = 0; i < ctx->set.count; i++) {
+        int32_t was = ctx->set.part[i], is = springls__part_of_springl(&ctx->grid, parts, ctx->set.s[i].p);
+        ctx->set.part[i] = is;
+        if (was < 0 || is < 0) continue;
+        k->kin[was].votes++;
+        k->kin[k->before + is].votes++;
+        k->votes[k->vote_count++] = (uint64_t)was << 32 | (uint64_t)is;
+    }
+    springls__sort_keys(k->votes, k->vote_count);
+}
+
+SPRINGLS__FN void springls__make_kin(springls__kinship *k, int32_t a, int32_t b)
+{
+    a = springls__find_root(k->parent, a);
+    b = springls__find_root(k->parent, b);
+    if (a < b) k->parent[b] = a;
+    else k->parent[a] = b;
+}
+
+/* Ties with a tenth of either one's votes count: where two components come close, single springls may be mistaken. */
+SPRINGLS__FN void springls__tie(springls__kinship *k)
+{
+    size_t i = 0, first;
+    while (i < k->vote_count) {
+        int32_t was = (int32_t)(k->votes[i] >> 32), is = k->before + (int32_t)(k->votes[i] & 0xffffffffu);
+        int64_t votes;
+        for (first = i; i < k->vote_count && k->votes[i] == k->votes[first]; i++) continue;
+        votes = 10 * (int64_t)(i - first);
+        if (votes >= k->kin[was].votes || votes >= k->kin[is].votes) springls__make_kin(k, was, is);
+    }
+}
+
+/* A part of a few voxels has no surface to speak of, and an offset would join it to anything: it belongs to the largest. */
+SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
+
+SPRINGLS__FN void springls__tie_specks(const springls__parts *parts, springls__kinship *k)
+{
+    int i, largest = 0;
+    for (i = 1; i < parts->count; i++)
+        if (parts->part[i].volume > parts->part[largest].volume) largest = i;
+    for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
+        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume)) springls__make_kin(k, i, k->before + largest);
+}
+
+/* Kin have together what they had before. Who has no kin is to have what there is. */
+SPRINGLS__FN void springls__inherit(springls__parts *parts, springls__kinship *k)
+{
+    int i, nodes = k->before + parts->count;
+    for (i = 0; i < nodes; i++) {
+        int32_t root = springls__find_root(k->parent, i);
+        if (root == i) continue;
+        k->kin[root].target += k->kin[i].target;
+        k->kin[root].volume += k->kin[i].volume;
+    }
+    for (i = 0; i < parts->count; i++) {
+        springls__kin *all = &k->kin[parts->part[i].kin = springls__find_root(k->parent, k->before + i)];
+        if (!(all->target > 0.0)) all->target = all->volume;
+    }
+}
+
+/* Remembers what every component is to have: of several kin, by the volumes they have now. */
+SPRINGLS__FN springls_status springls__lock_parts(springls_context *ctx, const springls__parts *parts, const springls__kinship *k)
+{
+    double *known;
+    int i;
+    SPRINGLS__TRY(springls__grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
+    known = (double *)ctx->locked_memory.data;
+    for (i = 0; i < parts->count; i++) {
+        const springls__kin *all = &k->kin[parts->part[i].kin];
+        known[i] = all->volume > 0.0 ? all->target * (parts->part[i].volume / all->volume) : 0.0;
+    }
+    ctx->locked_count = parts->count;
+    return SPRINGLS_OK;
+}
+
+/* ---- the offset ---- */
+
+typedef struct springls__offset_job { springls_context *ctx; const springls__parts *parts; } springls__offset_job;
+
+/* phi_next: phi less its component's offset, where it is a distance. */
+SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
+{
+    const springls__offset_job *job = (const springls__offset_job *)arg;
+    const springls__grid *g = &job->ctx->grid;
+    int v;
+    for (; begin < end; begin++) {
+        const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            int32_t label = job->parts->label[begin * SPRINGLS__BRICK_VOXELS + v];
+            out[v] = phi[v];
+            if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
+                out[v] = springls__clamp(phi[v] - job->parts->part[label].offset, -g->far_value, g->far_value);
+        }
+    }
+}
+
+SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
+{
+    const springls__offset_job *job = (const springls__offset_job *)arg;
+    springls_context *ctx = job->ctx;
+    int m;
+    for (; begin < end; begin++) {
+        springls__springl *s = &ctx->set.s[begin];
+        springls__v3 by;
+        if (ctx->set.part[begin] < 0) continue;
+        by = springls__scale(springls__springl_normal(s), job->parts->part[ctx->set.part[begin]].offset);
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
+        s->p = springls__add(s->p, by);
+        springls__springl_finish(s);
+    }
+}
+
+SPRINGLS__FN void springls__sum_kin(const springls__parts *parts, springls__kinship *k)
+{
+    int i;
+    for (i = 0; i < parts->count; i++) k->kin[parts->part[i].kin].volume = k->kin[parts->part[i].kin].area = 0.0;
+    for (i = 0; i < parts->count; i++) {
+        springls__kin *all = &k->kin[parts->part[i].kin];
+        all->volume += parts->part[i].volume;
+        if (!parts->part[i].speck) all->area += parts->part[i].area;
+    }
+}
+
+/* Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
+SPRINGLS__FN bool springls__choose_offsets(springls__parts *parts, springls__kinship *k)
+{
+    const double close = 1e-7, longest = 0.25; /* of the volume; voxels, at once */
+    bool any = false;
+    int i;
+    springls__sum_kin(parts, k);
+    for (i = 0; i < parts->count; i++) {
+        springls__part *part = &parts->part[i];
+        const springls__kin *all = &k->kin[part->kin];
+        double missing = all->target - all->volume, by;
+        part->offset = 0.0f;
+        if (part->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
+        by = missing / all->area;
+        part->offset = (float)(by < -longest ? -longest : by > longest ? longest : by);
+        part->moved += part->offset;
+        any = true;
+    }
+    return any;
+}
+
+SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__parts *parts, springls__kinship *k)
+{
+    const int iterations = 6;
+    springls__offset_job job;
+    int i;
+    job.ctx = ctx;
+    job.parts = parts;
+    for (i = 0; i < iterations && springls__choose_offsets(parts, k); i++) {
+        springls__parallel(ctx, ctx->grid.active_count, 16, springls__offset_phi_task, &job);
+        springls__commit_phi(ctx, 0.5f);
+        springls__parallel(ctx, ctx->set.count, 512, springls__offset_springls_task, &job);
+        springls__measure_parts(&ctx->grid, parts);
+    }
+    springls__sum_kin(parts, k);
+    springls__constellation_moved(ctx);
+    springls__phi_in_step(ctx);
+    ctx->stats.volume_correction = 0.0f;
+    for (i = 0; i < parts->count; i++)
+        ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(parts->part[i].moved));
+}
+
+/* After a step; before the first one with the lock, when nothing is known, it only takes note. */
+SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
+{
+    springls__parts parts;
+    springls__kinship kinship;
+    int i, known = ctx->locked_count;
+    SPRINGLS__TRY(springls__find_parts(ctx, &parts));
+    for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
+    SPRINGLS__TRY(springls__kinship_begin(ctx, &parts, &kinship));
+    for (i = 0; i < ctx->set.count && known == 0; i++) ctx->set.part[i] = -1; /* of another time */
+    springls__vote(ctx, &parts, &kinship);
+    springls__tie(&kinship);
+    springls__tie_specks(&parts, &kinship);
+    springls__inherit(&parts, &kinship);
+    if (known > 0) springls__correct_volumes(ctx, &parts, &kinship);
+    return springls__lock_parts(ctx, &parts, &kinship);
+}
+
+/* ======== >>step  (src/step.h) ================================================================================= */
+/* step.h - Algorithms 2 and 3. */
+
+SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls_evolve(ctx));
+    return springls_rebuild(ctx);
+}
+
+/* The level set catches up with the springls. */
+SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
+{
+    int z;
+    if (ctx->params.keep_edges && ctx->stats.at_edges > 0)
+        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
+    if (ctx->params.predict) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
+    for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
+    if (!ctx->params.project_level_set || (ctx->params.predict && ctx->params.evolve_iterations == 0)) return SPRINGLS_OK;
+    return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
+}
+
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->params.resample_period == 0; }
+
+/* Algorithm 2 after Advect. */
+SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
+{
+    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration);
+    SPRINGLS__TRY(springls_relax(ctx));
+    if (resample && !last) {
+        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
+        SPRINGLS__TRY(springls_resample(ctx));
+        SPRINGLS__TRY(springls_relax(ctx));
+    }
+    if (ctx->params.predict && ctx->stats.moved > ctx->grid.far_value) /* too far to be carried */
+        SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
+    SPRINGLS__TRY(springls__follow(ctx));
+    if (!resample) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__orient(ctx));
+    if (last) {
+        SPRINGLS__TRY(springls_contract(ctx));
+        SPRINGLS__TRY(springls_resample(ctx));
+    }
+    return springls_fill_gaps(ctx);
+}
+
+/* Algorithm 3 after Advect. */
+SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool one_to_one)
+{
+    SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
+    SPRINGLS__TRY(springls__follow(ctx));
+    SPRINGLS__TRY(springls_relax(ctx));
+    if (one_to_one) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls_fill_gaps(ctx));
+    SPRINGLS__TRY(springls_contract(ctx));
+    return springls_resample(ctx);
+}
+
+/* The chosen algorithm after Advect. */
+SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const springls_step_desc *step)
+{
+    if (step->mode == SPRINGLS_ADVECT_ONLY) return SPRINGLS_OK;
+    SPRINGLS__TRY(step->mode == SPRINGLS_FLUID ? springls__fluid_step(ctx, step->one_to_one) : springls__elastic_step(ctx, step->one_to_one));
+    return ctx->params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
+}
+
+/* One step of at most *dt, in which no particle goes further than `most` voxels (0: any way); *dt becomes the time that has
+   passed. A force may be stronger during the step than at its start: then a shorter one is tried. */
+SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float most, float *dt, float *moved)
+{
+    springls_status status = SPRINGLS_OK;
+    double started;
+    int tries;
+    if (!ctx->params.volume_lock) ctx->locked_count = 0;
+    else if (ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
+    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && springls__resample_due(ctx, ctx->iteration + 1)) springls__sample_phi(ctx);
+    for (tries = 0; tries < 40; tries++) {
+        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
+        if (status != SPRINGLS_OK || most == 0.0f || *moved <= most) break;
+        *dt *= springls__max(0.95f * most / *moved, 0.1f);
+    }
+    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
+    if (status != SPRINGLS_OK) return status;
+    ctx->time += (double)*dt;
+    ctx->iteration++;
+    ctx->stats.steps++;
+    return springls__after_advect(ctx, step);
+}
+
+/* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
+SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
+{
+    const float most = step->max_displacement * 1.0001f, growth = 1.5f;
+    const double end = ctx->time + (double)step->dt;
+    float left = step->dt, moved;
+    while (left > 1e-6f * step->dt) {
+        float parts = springls__floor(left / dt * 0.9999f) + 1.0f, taken = left / parts;
+        SPRINGLS__TRY(springls__substep(ctx, step, most, &taken, &moved));
+        left = (float)(end - ctx->time);
+        dt = taken * springls__min(step->max_displacement / springls__max(moved, 1e-6f), growth);
+    }
+    ctx->time = end;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
+{
+    const float most = 10000.0f;
+    float speed, limit, dt, moved;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
+    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
+    dt = step->dt;
+    if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
+    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
+    SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
+    if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        dt = speed > 1e-6f ? limit / speed : 0.0f;
+        return springls__substep(ctx, step, 0.0f, &dt, &moved);
+    }
+    if (!(speed * dt <= most * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %.0f sub-steps of max_displacement", (double)most);
+    return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
+}
+
+SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
+{
+    const float still = 1e-3f; /* share of moving springls at which an active contour has arrived */
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
+    for (i = 0; i < steps; i++) {
+        SPRINGLS__TRY(springls_step(ctx, step));
+        if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
+            return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
+        if (step->stop_at_rest && ctx->stats.moving <= still) return SPRINGLS_OK;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ctx->time : 0.0; }
+
+SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
+{
+    if (ctx && time > -DBL_MAX && time < DBL_MAX) ctx->time = time;
+}
+
+/* in */
 
 /* ======== >>bvh  (src/bvh.h) =================================================================================== */
 /* bvh.h - a bounding volume hierarchy over triangles: closest point, nearest ray hit, generalised winding number.
@@ -7257,6 +8390,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->set.count = 0;
     ctx->set.next_id = 0;
     ctx->iteration = 0;
+    ctx->locked_count = 0;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grid_clear(ctx, &ctx->grid, false);
@@ -7535,6 +8669,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
     }
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
+    if (ctx->params.keep_edges && ctx->params.project_initial) springls__initial_edges(ctx);
     return springls__adopt_reference(ctx);
 }
 
@@ -8093,6 +9228,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     distance.band = ctx->params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls_rebuild(ctx));
+    if (ctx->params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
@@ -8914,7 +10050,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 895 \"springls.h\"\n",
+    "#line 932 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8951,7 +10087,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 933 \"springls.h\"\n",
+    "#line 970 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -9087,7 +10223,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1070 \"springls.h\"\n",
+    "#line 1107 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -9154,7 +10290,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1138 \"springls.h\"\n",
+    "#line 1175 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -9187,7 +10323,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1172 \"springls.h\"\n",
+    "#line 1209 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -9285,7 +10421,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1271 \"springls.h\"\n",
+    "#line 1308 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -9337,7 +10473,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1324 \"springls.h\"\n",
+    "#line 1361 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -9369,7 +10505,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1357 \"springls.h\"\n",
+    "#line 1394 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -9497,7 +10633,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1486 \"springls.h\"\n",
+    "#line 1523 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -9505,7 +10641,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1495 \"springls.h\"\n",
+    "#line 1532 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -9558,7 +10694,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1549 \"springls.h\"\n",
+    "#line 1586 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -9568,7 +10704,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1560 \"springls.h\"\n",
+    "#line 1597 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -9601,7 +10737,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1594 \"springls.h\"\n",
+    "#line 1631 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9656,7 +10792,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1650 \"springls.h\"\n",
+    "#line 1687 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9726,15 +10862,15 @@ static const char *const springls__kernel_lines[] = {
     "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1721 \"springls.h\"\n",
+    "#line 1758 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
     "\n",
     "/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step\n",
-    "   with it. */\n",
-    "typedef struct springls__oriented { springls__v3 p, n, moved; } springls__oriented;\n",
+    "   with it. edge: 1 at a crease. */\n",
+    "typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;\n",
     "\n",
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
@@ -9853,7 +10989,188 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1849 \"springls.h\"\n",
+    "#line 1886 \"springls.h\"\n",
+    "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
+    "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
+    "   however strong the curvature. */\n",
+    "\n",
+    "#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */\n",
+    "#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */\n",
+    "#define SPRINGLS__CROWD 96 /* springls about a place                                        */\n",
+    "#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */\n",
+    "#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */\n",
+    "#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */\n",
+    "#define SPRINGLS__AWAY -0.5f    /* cosine: the other sheet of a thin object                 */\n",
+    "\n",
+    "/* Of `count` sides; 0 or 1: no crease here. */\n",
+    "typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;\n",
+    "\n",
+    "/* The side that a normal belongs to; -1: none. */\n",
+    "SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)\n",
+    "{\n",
+    "    int s, best = -1;\n",
+    "    float most = SPRINGLS__TOGETHER, along;\n",
+    "    for (s = 0; s < sides.count; s++) {\n",
+    "        along = springls__dot(sides.normal[s], n);\n",
+    "        if (along <= most) continue;\n",
+    "        most = along;\n",
+    "        best = s;\n",
+    "    }\n",
+    "    return best;\n",
+    "}\n",
+    "\n",
+    "/* Where the places of a side lie, in two tangent coordinates. */\n",
+    "typedef struct springls__patch { float count, u, v, uu, uv, vv; } springls__patch;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__patch springls__patch_begin(void)\n",
+    "{\n",
+    "    springls__patch patch;\n",
+    "    patch.count = patch.u = patch.v = patch.uu = patch.uv = patch.vv = 0.0f;\n",
+    "    return patch;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__patch springls__patch_add(springls__patch patch, springls__v3 d, springls__v3 e1, springls__v3 e2)\n",
+    "{\n",
+    "    float u = springls__dot(d, e1), v = springls__dot(d, e2);\n",
+    "    patch.count += 1.0f;\n",
+    "    patch.u += u;\n",
+    "    patch.v += v;\n",
+    "    patch.uu += u * u;\n",
+    "    patch.uv += u * v;\n",
+    "    patch.vv += v * v;\n",
+    "    return patch;\n",
+    "}\n",
+    "\n",
+    "/* Their variance in the direction in which it is least. */\n",
+    "SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)\n",
+    "{\n",
+    "    float one = 1.0f / springls__max(patch.count, 1.0f), u = patch.u * one, v = patch.v * one;\n",
+    "    float uu = patch.uu * one - u * u, uv = patch.uv * one - u * v, vv = patch.vv * one - v * v;\n",
+    "    float difference = 0.5f * (uu - vv);\n",
+    "    return 0.5f * (uu + vv) - springls__sqrt(difference * difference + uv * uv);\n",
+    "}\n",
+    "\n",
+    "/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */\n",
+    "typedef struct springls__support { springls__v3 normal; float weight; } springls__support;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[SPRINGLS__TRIES], int tries, const springls__v3 n[SPRINGLS__CROWD],\n",
+    "                                                      const float weight[SPRINGLS__CROWD], int count)\n",
+    "{\n",
+    "    springls__support best;\n",
+    "    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */\n",
+    "    best.normal = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    best.weight = 0.0f;\n",
+    "    for (i = 0; i < count; i += stride) {\n",
+    "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "        float support = 0.0f;\n",
+    "        for (elsewhere = 1, j = 0; j < tries; j++) elsewhere = elsewhere && springls__dot(tried[j], n[i]) < SPRINGLS__APART;\n",
+    "        if (!elsewhere) continue;\n",
+    "        for (j = 0; j < count; j++) {\n",
+    "            if (springls__dot(n[i], n[j]) <= SPRINGLS__TOGETHER) continue;\n",
+    "            support += weight[j];\n",
+    "            sum = springls__mad(sum, n[j], weight[j]);\n",
+    "        }\n",
+    "        if (support <= best.weight) continue;\n",
+    "        best.weight = support;\n",
+    "        best.normal = springls__normalize(sum);\n",
+    "    }\n",
+    "    return best;\n",
+    "}\n",
+    "\n",
+    "/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */\n",
+    "typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],\n",
+    "                                                   const float weight[SPRINGLS__CROWD], int count)\n",
+    "{\n",
+    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;\n",
+    "    springls__patch patch = springls__patch_begin();\n",
+    "    springls__strip strip;\n",
+    "    float sum = 0.0f;\n",
+    "    int i;\n",
+    "    e1 = springls__normalize(springls__cross(facing, e1));\n",
+    "    e2 = springls__cross(facing, e1);\n",
+    "    strip.middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    for (i = 0; i < count; i++) {\n",
+    "        if (springls__dot(facing, n[i]) <= SPRINGLS__TOGETHER) continue;\n",
+    "        patch = springls__patch_add(patch, springls__sub(p[i], p[0]), e1, e2);\n",
+    "        strip.middle = springls__mad(strip.middle, p[i], weight[i]);\n",
+    "        sum += weight[i];\n",
+    "    }\n",
+    "    strip.middle = springls__scale(strip.middle, 1.0f / springls__max(sum, 1e-6f));\n",
+    "    strip.width2 = springls__patch_width2(patch);\n",
+    "    return strip;\n",
+    "}\n",
+    "\n",
+    "/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower\n",
+    "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
+    "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side that it lies on, whichever of several ways it has been turned. */\n",
+    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],\n",
+    "                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)\n",
+    "{\n",
+    "    const float on = certain ? 0.06f : 0.15f; /* voxel */\n",
+    "    springls__v3 tried[SPRINGLS__TRIES];\n",
+    "    springls__sides sides;\n",
+    "    float total = 0.0f, stray = 0.0f;\n",
+    "    int i, s, tries = 0;\n",
+    "    sides.count = 0;\n",
+    "    for (i = 0; i < count; i++) total += weight[i];\n",
+    "    while (tries < SPRINGLS__TRIES && sides.count < SPRINGLS__SIDES) {\n",
+    "        springls__support side = springls__next_side(tried, tries, n, weight, count);\n",
+    "        springls__strip strip;\n",
+    "        if (side.weight < total * (1.0f / 12.0f) || side.weight <= 0.0f) break;\n",
+    "        tried[tries++] = side.normal;\n",
+    "        strip = springls__strip_of(side.normal, p, n, weight, count);\n",
+    "        if (narrow > 0.0f && strip.width2 < narrow * narrow) continue;\n",
+    "        sides.middle[sides.count] = strip.middle;\n",
+    "        sides.normal[sides.count++] = side.normal;\n",
+    "    }\n",
+    "    for (total = 0.0f, i = 0; i < count; i++) {\n",
+    "        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;\n",
+    "        for (s = 0; s < sides.count; s++) {\n",
+    "            float along = springls__dot(n[i], sides.normal[s]);\n",
+    "            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
+    "            away = away && along < SPRINGLS__AWAY;\n",
+    "        }\n",
+    "        if (lies) total += weight[i];\n",
+    "        else if (!away) stray += weight[i];\n",
+    "    }\n",
+    "    if (stray * (certain ? 12.0f : 5.0f) > total) sides.count = 0;\n",
+    "    return sides;\n",
+    "}\n",
+    "\n",
+    "/* True where two sides, each given by a place on it and its normal there, meet in a convex edge. */\n",
+    "SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)\n",
+    "{\n",
+    "    springls__v3 d = springls__sub(q, p);\n",
+    "    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Heights over sides that meet, as one: the larger where the edge between them is convex, else the smaller. Of three the two\n",
+    "   that meet in the odd way come first. convex: of sides 0 and 1, 0 and 2, 1 and 2. */\n",
+    "SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])\n",
+    "{\n",
+    "    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];\n",
+    "    if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);\n",
+    "    if (convex[0] == convex[2]) return springls__meet(springls__meet(h[0], h[2], convex[1]), h[1], convex[0]);\n",
+    "    return springls__meet(springls__meet(h[1], h[2], convex[2]), h[0], convex[0]);\n",
+    "}\n",
+    "\n",
+    "/* phi at a crease: the height over the sides, further off than springls__corrected_phi would take it, for triangles that stick\n",
+    "   out beyond an edge carry the evolved value away. What is a voxel off is another surface. */\n",
+    "SPRINGLS__MATHS float springls__edge_phi(float phi, float height) { return springls__fabs(height - phi) < 0.75f ? height : phi; }\n",
+    "\n",
+    "/* A triangle turned about p by the least rotation that takes unit vector n to m; as it is when they are opposite. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, springls__v3 m)\n",
+    "{\n",
+    "    springls__v3 axis = springls__cross(n, m), u = springls__cross(axis, v);\n",
+    "    float c = springls__dot(n, m);\n",
+    "    if (c < -0.5f) return v;\n",
+    "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
+    "}\n",
+    "#line 2068 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9993,7 +11310,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1990 \"springls.h\"\n",
+    "#line 2209 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -10019,7 +11336,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2017 \"springls.h\"\n",
+    "#line 2236 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -10115,6 +11432,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->cells.large_memory);
     springls__buffer_free(ctx, &ctx->cells.key_memory);
     springls__buffer_free(ctx, &ctx->neighbors);
+    springls__buffer_free(ctx, &ctx->locked_memory);
     for (i = 0; i < (int)(sizeof ctx->scratch / sizeof *ctx->scratch); i++) springls__buffer_free(ctx, &ctx->scratch[i]);
 }
 

@@ -4,8 +4,8 @@
 #define SPRINGLS__PROJECT_RADIUS 1.6f
 
 /* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
-   with it. */
-typedef struct springls__oriented { springls__v3 p, n, moved; } springls__oriented;
+   with it. edge: 1 at a crease. */
+typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
 
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;

@@ -165,6 +165,7 @@ typedef struct springls_params {
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
     int nucleate;            /* 1: and a voxel between the two sides of a thin sheet is inside; 0: phi alone says so */
     int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
+    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */
     springls_topology topology;
 
     /* track: section 4.7 */
@@ -176,6 +177,9 @@ typedef struct springls_params {
     int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the
                                 springl as a whole; 0: all with the particle's (eq. 2)                           */
     int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
+
+    /* after a step */
+    int volume_lock;         /* 1: every component keeps its volume by an offset of its surface; 0: the paper   */
 
     /* initial springls from a level set or shape */
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
@@ -461,6 +465,8 @@ typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
     SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
     SPRINGLS_STAGE_PROJECT, /* of phi: params.project_level_set */
+    SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
+    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
 SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
@@ -468,6 +474,8 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect",
 typedef struct springls_stats {
     int springls, steps, bricks;
     int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
+    int at_edges;            /* springls at sharp edges in the last step: params.keep_edges                     */
+    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels      */
     float moved;             /* largest displacement of the last advect, voxels                                 */
     float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
     double seconds[SPRINGLS_STAGE_COUNT];

@@ -39,6 +39,10 @@ SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *c
     set->generation = (uint32_t *)set->generation_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->mask_memory, n, sizeof *set->mask, kept * sizeof *set->mask));
     set->mask = (uint8_t *)set->mask_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, &set->part_memory, n, sizeof *set->part, kept * sizeof *set->part));
+    set->part = (int32_t *)set->part_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, &set->edge_memory, n, sizeof *set->edge, kept * sizeof *set->edge));
+    set->edge = (uint8_t *)set->edge_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->phi_memory, n, sizeof *set->phi, kept * sizeof *set->phi));
     set->phi = (float *)set->phi_memory.data;
     SPRINGLS__TRY(springls__grow(ctx, &set->was_memory, n, sizeof *set->was, kept * sizeof *set->was));
@@ -59,6 +63,8 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
     set->id[i] = set->next_id++;
     set->generation[i] = generation;
     set->mask[i] = mask;
+    set->part[i] = -1;
+    set->edge[i] = 0;
     set->phi[i] = 0.0f;
     set->was[i] = s->p;
     return i;
@@ -77,6 +83,8 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
             set->id[n] = set->id[i];
             set->generation[n] = set->generation[i];
             set->mask[n] = set->mask[i];
+            set->part[n] = set->part[i];
+            set->edge[n] = set->edge[i];
             set->phi[n] = set->phi[i];
             set->was[n] = set->was[i];
         }
@@ -116,6 +124,8 @@ SPRINGLS__FN void springls__constellation_free(springls_context *ctx)
     springls__buffer_free(ctx, &set->id_memory);
     springls__buffer_free(ctx, &set->generation_memory);
     springls__buffer_free(ctx, &set->mask_memory);
+    springls__buffer_free(ctx, &set->part_memory);
+    springls__buffer_free(ctx, &set->edge_memory);
     springls__buffer_free(ctx, &set->phi_memory);
     springls__buffer_free(ctx, &set->was_memory);
     memset(set, 0, sizeof *set);

@@ -14,6 +14,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->cells.large_memory);
     springls__buffer_free(ctx, &ctx->cells.key_memory);
     springls__buffer_free(ctx, &ctx->neighbors);
+    springls__buffer_free(ctx, &ctx->locked_memory);
     for (i = 0; i < (int)(sizeof ctx->scratch / sizeof *ctx->scratch); i++) springls__buffer_free(ctx, &ctx->scratch[i]);
 }
 

@@ -54,7 +54,7 @@ SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, i
     springls__fit_result fit;
     springls__seed seed;
     memset(&seed, 0, sizeof seed);
-    if (opening.angle <= widest) return seed;
+    if (opening.angle <= widest || ctx->set.edge[i]) return seed; /* a side opens at its edge */
     x = springls__mad(s->p, opening.middle, away);
     if (!springls__has_room(ctx, x, n)) return seed;
     fit = springls__fit_at(ctx, x, n, ctx->set.a[i], ctx->set.count);

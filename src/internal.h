@@ -39,11 +39,13 @@ typedef struct springls__constellation {
     uint32_t *id;
     uint32_t *generation;
     uint8_t *mask;          /* 1: does not relax                                                                */
+    int32_t *part;          /* the component it was part of when volumes were last locked; -1: none known       */
+    uint8_t *edge;          /* 1: lies at a sharp edge, as of the last step (edges.h)                           */
     float *phi;             /* the level set at p, when it was last in step with p (phi_n of eq. 27)             */
     springls__v3 *was;      /* where the particle was when phi was last in step with it                          */
     int count;
     uint32_t next_id;
-    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, phi_memory, was_memory;
+    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, part_memory, edge_memory, phi_memory, was_memory;
 } springls__constellation;
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
@@ -113,6 +115,8 @@ struct springls_context {
     springls__cells cells;
     springls__buffer scratch[8]; /* working memory of the stage that runs, grown and kept                       */
     springls__buffer neighbors;
+    springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
+    int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_stats stats;
     double time;

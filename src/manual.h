@@ -88,6 +88,8 @@
      fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
      they span; the zero level's triangles follow only where no springl is within 1.5 voxels, not d_max. A wide hole then takes
      a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
+     keep_edges = 1: springls at a crease are turned into their own side of it before phi follows (keep_edges), and project,
+     split and fill ask each side by itself: see SHARP EDGES.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
@@ -97,7 +99,7 @@
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project may also be called alone, in any order.
+   springls that it adds. Every stage but project and keep_edges may also be called alone, in any order.
 
 
    PARAMETERS
@@ -140,6 +142,7 @@
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 predict              1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
+                keep_edges           1: sides of a sharp edge are not averaged           1         0
                 nucleate             1: that makes voxels within a thin sheet inside     1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
@@ -148,10 +151,33 @@
      lambda     track_step           of eq. 26                                           0.5       0.5
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
+                volume_lock          1: see VOLUME LOCK                                  0         0
                 initial_stride       marching cubes on every n-th voxel                  1         2 (p)
                 project_initial      1: initial springls are moved onto the zero level   1         1 (d)
 
    (p) not in the paper's text, or other than there: the value of the author's program. (d) see DEVIATIONS.
+
+
+   SHARP EDGES
+
+   With keep_edges = 1 an edge stays an edge where springls about it fall into sides: groups of normals 50 degrees or more
+   apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
+   of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
+   smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
+   right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of
+   the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
+
+
+   VOLUME LOCK
+
+   With volume_lock = 1 every step of SPRINGLS_FLUID and SPRINGLS_ELASTIC ends with each component's volume (of its marching
+   cubes surface, as springls_measure tells it, to about 1 part in 10^6) being what it was before the first step with the switch on: its
+   springls and phi are moved along their normals by one small distance a component. When components merge their volumes add up; when
+   one splits the parts share its volume as they divide it. A component that appears from nothing keeps the volume it appears
+   with; parts of less than 10 voxels count as
+   belonging to the largest. It holds the volume against forces too, so it is not for contours that are to grow. It is cosmetic: it hides a loss
+   of volume and improves nothing else, and it is off in every figure we report. springls_stats.volume_correction is what it
+   had to do. It needs 8 bytes more a voxel of active bricks and 4 a brick of the grid.
 
 
    MEMORY

@@ -43,12 +43,14 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
+    p.keep_edges = 0;
     p.topology = SPRINGLS_TOPOLOGY_FREE;
     p.nearest_rule = 1e6f;
     p.track_iterations = 4;
     p.track_step = 0.5f;
     p.vertex_velocity = 0;
     p.half_time_sampling = 0;
+    p.volume_lock = 0;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -75,6 +77,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.nucleate = 1;
     p.fill_from_springls = 1;
     p.vertex_velocity = 1;
+    p.keep_edges = 1;
     p.initial_stride = 1;
     return p;
 }

@@ -22,6 +22,7 @@ SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
         o->p = ctx->set.s[i].p;
         o->n = springls__springl_normal(&ctx->set.s[i]);
         o->moved = springls__sub(o->p, ctx->set.was[i]);
+        o->edge = ctx->params.keep_edges && ctx->set.edge[i];
     }
 }
 
@@ -102,6 +103,39 @@ SPRINGLS__FN void springls__brick_sums_take(const springls__project_job *job, co
         for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
 }
 
+SPRINGLS__FN bool springls__near_edge(const springls__project_job *job, const springls__near_ranges *near_by)
+{
+    int r, k;
+    if (!job->ctx->params.keep_edges || job->ctx->stats.at_edges == 0) return false;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (job->oriented[k].edge) return true;
+    return false;
+}
+
+/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
+SPRINGLS__FN bool springls__project_at_edge(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, float *phi)
+{
+    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    springls__crowd crowd;
+    springls__say say;
+    int r, k, edges = 0;
+    crowd.count = 0;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            const springls__oriented *s = &job->oriented[k];
+            float near = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
+            if (near <= 0.0f) continue;
+            edges += s->edge;
+            springls__join(&crowd, s->p, s->n, s->p, near * near, k);
+        }
+    if (edges == 0) return false;
+    say = springls__edge_distance(&crowd, x);
+    if (say.weight <= 0.0f) return false;
+    *phi = springls__edge_phi(*phi, say.distance);
+    return true;
+}
+
 /* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
 SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
 {
@@ -119,18 +153,20 @@ SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, cons
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
    thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside. */
 SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, const springls__near_ranges *near_by, const springls__wide_tile *tile,
-                                           const int origin[3], int v, springls__moments sum, float phi)
+                                           const int origin[3], int v, springls__moments sum, bool at_edge, float phi)
 {
+    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
+    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
     springls__projection f;
     if (job->carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!job->ctx->params.project_level_set) return phi;
+    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(job, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
     if (job->ctx->params.nucleate && springls__beside_lost(phi, f)) return f.distance;
-    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)) {
-        springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
-        if (springls__between_sides(job, near_by, x, sum.normal) && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal))) return f.distance;
-    }
+    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(job, near_by, x, sum.normal)
+        && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal)))
+        return f.distance;
     return springls__corrected_phi(phi, f);
 }
 
@@ -145,17 +181,18 @@ SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        bool some;
+        bool some, at_edge;
         job->in_doubt[begin] = 0;
         springls__slot_origin(g, g->active[begin], o);
         near_by = springls__near_brick(job, o);
         some = near_by.count > 0;
+        at_edge = some && springls__near_edge(job, &near_by);
         if (some) springls__brick_sums_take(job, &near_by, o, &sums);
         if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             out[v] = phi[v];
             if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
-                out[v] = springls__project_voxel(job, &near_by, &tile, o, v, springls__moments_load(&sums, v), phi[v]);
+                out[v] = springls__project_voxel(job, &near_by, &tile, o, v, springls__moments_load(&sums, v), at_edge, phi[v]);
             } else if (job->carry && springls__fabs(phi[v]) < job->most_moved) {
                 out[v] = springls__doubtful(phi[v], g->far_value);
                 job->in_doubt[begin] = 1;

@@ -13,6 +13,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->set.count = 0;
     ctx->set.next_id = 0;
     ctx->iteration = 0;
+    ctx->locked_count = 0;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grid_clear(ctx, &ctx->grid, false);
@@ -291,6 +292,7 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
     }
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
+    if (ctx->params.keep_edges && ctx->params.project_initial) springls__initial_edges(ctx);
     return springls__adopt_reference(ctx);
 }
 

@@ -22,6 +22,7 @@
 #include "../kernels_embed/topology.h"
 #include "../kernels_embed/rebuild.h"
 #include "../kernels_embed/project.h"
+#include "../kernels_embed/edges.h"
 #include "../kernels_embed/marching_cubes.h"
 #include "../kernels_embed/winding.h"
 #include "../kernels_embed/fan.h"
@@ -48,6 +49,7 @@
 #include "relax.h"
 #include "around.h"
 #include "contract.h"
+#include "edges.h"
 #include "track.h"
 #include "resample.h"
 #include "omega.h"
@@ -58,10 +60,11 @@
 #include "fill_from_springls.h"
 #include "fill_gaps.h"
 #include "unsigned_to_signed.h"
+#include "mesh_measure.h"
+#include "volume_lock.h"
 #include "step.h"
 
 /* in */
-#include "mesh_measure.h"
 #include "bvh.h"
 #include "shapes.h"
 #include "set_level_set.h"

@@ -10,6 +10,8 @@ SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
 SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
 {
     int z;
+    if (ctx->params.keep_edges && ctx->stats.at_edges > 0)
+        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
     if (ctx->params.predict) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
     for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
     if (!ctx->params.project_level_set || (ctx->params.predict && ctx->params.evolve_iterations == 0)) return SPRINGLS_OK;
@@ -52,13 +54,24 @@ SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool 
     return springls_resample(ctx);
 }
 
+/* The chosen algorithm after Advect. */
+SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const springls_step_desc *step)
+{
+    if (step->mode == SPRINGLS_ADVECT_ONLY) return SPRINGLS_OK;
+    SPRINGLS__TRY(step->mode == SPRINGLS_FLUID ? springls__fluid_step(ctx, step->one_to_one) : springls__elastic_step(ctx, step->one_to_one));
+    return ctx->params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
+}
+
 /* One step of at most *dt, in which no particle goes further than `most` voxels (0: any way); *dt becomes the time that has
    passed. A force may be stronger during the step than at its start: then a shorter one is tried. */
 SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float most, float *dt, float *moved)
 {
     springls_status status = SPRINGLS_OK;
-    double started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    double started;
     int tries;
+    if (!ctx->params.volume_lock) ctx->locked_count = 0;
+    else if (ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
+    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
     if (step->mode == SPRINGLS_FLUID && !step->one_to_one && springls__resample_due(ctx, ctx->iteration + 1)) springls__sample_phi(ctx);
     for (tries = 0; tries < 40; tries++) {
         status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
@@ -70,9 +83,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     ctx->time += (double)*dt;
     ctx->iteration++;
     ctx->stats.steps++;
-    if (step->mode == SPRINGLS_FLUID) return springls__fluid_step(ctx, step->one_to_one);
-    if (step->mode == SPRINGLS_ELASTIC) return springls__elastic_step(ctx, step->one_to_one);
-    return SPRINGLS_OK;
+    return springls__after_advect(ctx, step);
 }
 
 /* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */

@@ -60,6 +60,7 @@ SPRINGLS__FN springls__fit_result springls__fit_at(const springls_context *ctx, 
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     int other, before;
+    if (ctx->params.keep_edges && springls__place_at_edge(ctx, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
         springls__v3 a = ctx->set.a[other];

@@ -45,10 +45,10 @@ static springls_context *traced(int which, diary *d)
     return ctx;
 }
 
-/* The initials of the stages that have begun since: A R C S(plit: resample) E B(uild) F U P; tracking is part of F. */
+/* The initials of the stages that have begun since: A R C S(plit: resample) E B(uild) F U P K V; tracking is part of F. */
 static const char *stages_since(diary *d, int from)
 {
-    static const char initial[] = "ARCSEBFTUP";
+    static const char initial[] = "ARCSEBFTUPKV";
     static char text[256];
     int i, n = 0;
     for (i = from; i < d->count && n < 255; i++)

@@ -37,10 +37,10 @@ static const struct member members[] = {
     WHOLE(placement),        REAL(band_half_width),    REAL(capture),
     WHOLE(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
     REAL(curvature),         WHOLE(predict),           WHOLE(project_level_set), WHOLE(nucleate),
-    WHOLE(fill_from_springls), WHOLE(topology),
+    WHOLE(keep_edges),       WHOLE(fill_from_springls), WHOLE(topology),
     REAL(nearest_rule),      WHOLE(track_iterations),  REAL(track_step),
     WHOLE(vertex_velocity),  WHOLE(half_time_sampling), WHOLE(initial_stride),
-    WHOLE(project_initial),
+    WHOLE(project_initial),   WHOLE(volume_lock),
 };
 
 static const struct member *find_member(const char *name, size_t length)
