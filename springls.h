@@ -37,6 +37,7 @@
      >>transform            src/transform.h
      >>advect               src/advect.h
      >>relax                src/relax.h
+     >>around               src/around.h
      >>contract             src/contract.h
      >>track                src/track.h
      >>resample             src/resample.h
@@ -139,6 +140,12 @@
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
      ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
      of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
+     keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
+     nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
+     fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
+     they span; the zero level's triangles follow only where no springl is within 1.5 voxels, not d_max. A wide hole then takes
+     a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
@@ -243,7 +250,8 @@
    LIMITS
 
      - The grid is 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
-     - Parts of the model thinner than about a voxel are lost by phi, though springls may still be there.
+     - Sheets thinner than about a voxel have no watertight zero level, though their springls carry them on (default set: see
+       DATA FLOW). Threads of that size break.
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
      - No OpenCL host yet: everything runs on the CPU. springls_kernel_source() has the text of the maths for hosts of
@@ -286,7 +294,7 @@
      section 2.3.2      springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step: turns flipped triangles (src/relax.h)
-     section 4.4        springls_fill_gaps
+     section 4.4        springls_fill_gaps (src/fill_gaps.h; src/fill_from_springls.h is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
@@ -1766,12 +1774,14 @@ SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moment
     return f;
 }
 
-/* The value to take: the springls' where it is close to phi, which decides the side in doubt. */
+/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are
+   closer than phi says: it may have lost a sheet here. */
 SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 {
     float change = springls__fabs(f.distance - phi);
     int same_side = (f.distance < 0.0f) == (phi < 0.0f);
-    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;
+    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);
+    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
@@ -1794,14 +1804,14 @@ SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
 SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }
 
 /* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
-   much. Where all are in doubt the voxel stays so. */
-SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
+   much. Where they say no more than `enough` the voxel stays in doubt. */
+SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, float enough)
 {
     float sum, nearest;
     if (!springls__is_doubtful(v.c, far_value)) return v.c;
     sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
         + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
-    if (sum == 0.0f) return v.c;
+    if (springls__fabs(sum) <= enough) return v.c;
     nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),
                             springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
     nearest = springls__min(nearest + 1.0f, far_value);
@@ -2018,28 +2028,40 @@ SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 
     return fan;
 }
 
-/* The largest angle without a neighbour, and the direction that halves it. */
-typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;
+/* The two largest angles without a neighbour, and the direction that halves the largest. */
+typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;
 
 SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
 {
     const float turn = 6.28318531f, over_pi = 0.318309886f;
     springls__opening opening;
-    float from = 0.0f, middle;
+    float from, middle;
     int i;
     opening.angle = turn;
+    opening.second = 0.0f;
     opening.middle = fan.e1;
     if (fan.count == 0) return opening;
     from = fan.angle[fan.count - 1];
     opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
     for (i = 1; i < fan.count; i++) {
-        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;
+        float angle = fan.angle[i] - fan.angle[i - 1];
+        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
+        if (angle <= opening.angle) continue;
+        opening.angle = angle;
         from = fan.angle[i - 1];
-        opening.angle = fan.angle[i] - from;
     }
     middle = (from + 0.5f * opening.angle) * over_pi;
     opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
     return opening;
+}
+
+/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
+   two sides open, its end and a drop nearly all. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)
+{
+    const float degree = 0.0174532925f;
+    springls__opening opening = springls__fan_opening(fan);
+    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
 }
 
 /* what a context holds */
@@ -3138,6 +3160,12 @@ SPRINGLS__FN int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
+/* All springls whose particle may lie within r of x, and some more. */
+SPRINGLS__FN springls__cell_walk springls__cell_walk_near(const springls_context *ctx, springls__v3 x, float r)
+{
+    return springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+}
+
 /* All springls of which some point may lie within `radius` of the box. */
 SPRINGLS__FN springls__cell_walk springls__cell_walk_around(const springls_context *ctx, springls__v3 lower, springls__v3 upper,
                                                             float radius)
@@ -3761,7 +3789,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -3780,7 +3808,7 @@ SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float 
                                     springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
         nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
         nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
-        springls__vec_store(out + i, springls__vec_select(doubtful & (sum != 0.0f), nearest, v.c));
+        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
     }
 }
 
@@ -3826,10 +3854,10 @@ SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v
     }
 }
 
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value);
+    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
 }
 
 #endif
@@ -4592,6 +4620,58 @@ SPRINGLS_API springls_status springls_relax(springls_context *ctx)
     return springls__staged(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
 }
 
+/* ======== >>around  (src/around.h) ============================================================================= */
+/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
+
+/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls__v3 x, float radius)
+{
+    springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, radius);
+    float best = radius * radius;
+    int i, nearest = -1;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &ctx->set.s[i];
+        float d2, reach = radius + s->reach;
+        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x);
+        if (d2 < best || (d2 == best && i < nearest)) {
+            best = d2;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
+/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
+SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
+{
+    springls__fan fan = springls__fan_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
+    }
+    return springls__fan_opening(fan);
+}
+
+/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
+   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
+SPRINGLS__FN bool springls__in_sheet(const springls_context *ctx, springls__v3 x, springls__v3 n)
+{
+    const float r = 2.0f, high = 1.0f, aside = 0.7f;
+    springls__fan fan = springls__fan_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
+        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);
+    }
+    return springls__spans_sheet(fan) != 0;
+}
+
 /* ======== >>contract  (src/contract.h) ========================================================================= */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
@@ -4628,8 +4708,9 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     springls__v3 n = springls__springl_normal(s);
     springls__cell_walk walk;
     int other, beside = 0;
+    if (ctx->set.phi[i] > ctx->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
-    walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r), springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    walk = springls__cell_walk_near(ctx, s->p, r);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
@@ -4686,8 +4767,7 @@ SPRINGLS__FN bool springls__is_crowded(const springls_context *ctx, const uint8_
     const float r = ctx->params.merge_distance;
     const springls__springl *s = &ctx->set.s[i];
     springls__v3 n = springls__springl_normal(s);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r),
-                                                         springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, s->p, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
@@ -4805,7 +4885,7 @@ SPRINGLS__FN springls__fit_result springls__fit_at(const springls_context *ctx, 
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     springls__fit_result result;
     springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     int other, before;
@@ -5343,7 +5423,7 @@ SPRINGLS__FN void springls__brick_sums_take(const springls__project_job *job, co
         for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
 }
 
-/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+/* Is there a springl that faces against `normal`, that of the surface nearest to voxel x, and has x behind it too? */
 SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
 {
     int r, k;
@@ -5352,13 +5432,14 @@ SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, cons
             const springls__oriented *s = &job->oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f * springls__length(normal) && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
         }
     return false;
 }
 
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside. */
+   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
+   thread may break. */
 SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, const springls__near_ranges *near_by, const springls__wide_tile *tile,
                                            const int origin[3], int v, springls__moments sum, float phi)
 {
@@ -5369,7 +5450,8 @@ SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, con
     f = springls__moments_distance(sum);
     if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)) {
         springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
-        if (springls__between_sides(job, near_by, x, sum.normal)) return f.distance;
+        springls__v3 n = springls__normalize(sum.normal);
+        if (springls__between_sides(job, near_by, x, n) && springls__in_sheet(job->ctx, x, n)) return f.distance;
     }
     return springls__corrected_phi(phi, f);
 }
@@ -5410,6 +5492,7 @@ typedef struct springls__settle_job {
     const uint8_t *in_doubt;
     const float *from;
     float *to;
+    float enough;
     bool last;
 } springls__settle_job;
 
@@ -5427,7 +5510,7 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
         }
         springls__load_tile(g, job->from, g->active[begin], tile);
         for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job->enough, out + 8 * y + 64 * z);
         if (!job->last) continue;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
     }
@@ -5437,6 +5520,7 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doubt)
 {
     const int voxels = 3; /* from what a springl reaches to what it may have passed */
+    const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
     springls__grid *g = &ctx->grid;
     springls__settle_job job;
     int i;
@@ -5448,6 +5532,7 @@ SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doub
         job.from = g->phi_next;
         job.to = g->omega;
         job.last = i == voxels - 1;
+        job.enough = job.last ? 0.0f : sure;
         springls__parallel(ctx, g->active_count, 8, springls__settle_task, &job);
         springls__swap_fields(&g->phi_next, &g->next_memory, &g->omega, &g->omega_memory);
     }
@@ -5491,31 +5576,19 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) 
 /* A springl to be. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
 
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
-{
-    springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
-    }
-    return springls__fan_opening(fan);
-}
+/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+#define SPRINGLS__SEED_DISTANCE 0.7f
 
-/* Two springls of one side this close would be one too many. */
 SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
-    const float closest = 0.7f; /* beyond merge_distance */
-    return springls__length2(springls__sub(p, p_other)) < closest * closest && springls__dot(n, n_other) > 0.3f;
+    const float r = SPRINGLS__SEED_DISTANCE;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
 }
 
 SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x, springls__v3 n)
 {
-    const float r = 0.7f;
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    const float r = SPRINGLS__SEED_DISTANCE;
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
@@ -5529,7 +5602,7 @@ SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x
 SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(p.x - r, p.y - r, p.z - r), springls__v3_make(p.x + r, p.y + r, p.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, p, r);
     float weight = 0.0f, value = 0.0f;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
@@ -5545,8 +5618,8 @@ SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls
    that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
 SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, int i)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 150.0f * degree;
-    const float range = 1.3f, away = 0.9f, worst = 0.15f;
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float range = 1.3f, away = 0.85f, worst = 0.15f;
     const springls__springl *s = &ctx->set.s[i];
     springls__v3 n = springls__springl_normal(s), x;
     springls__opening opening = springls__opening_at(ctx, s->p, n, range, 1.0f);
@@ -5581,7 +5654,7 @@ typedef struct springls__accepted { const springls__seed *seeds; int *last, *bef
 
 SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
 {
-    const float r = 0.7f;
+    const float r = SPRINGLS__SEED_DISTANCE;
     const springls__grid *g = &ctx->grid;
     const springls__seed *seed = &accepted->seeds[i];
     int lo[3], hi[3], x, y, z, other;
@@ -5687,10 +5760,9 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when no springl comes within d_max of x; or, where springls fill the holes among them, within 1.5 voxels. */
-SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x)
+/* True when no springl comes within r of x. */
+SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, float r)
 {
-    const float r = ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max;
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -5704,7 +5776,7 @@ SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3
 
 enum { SPRINGLS__CUBES = 9 * 9 * 9 };
 
-typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; } springls__exposure_job;
+typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; float radius; } springls__exposure_job;
 
 /* One bit a triangle in exposed[CUBES * brick + cube]. */
 SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
@@ -5726,7 +5798,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
                     int mask = springls__mc_case(cell);
                     for (k = 0; k < springls__mc_count(mask); k++) {
                         springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t))) continue;
+                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), job->radius)) continue;
                         exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
                         job->count[begin]++;
                     }
@@ -5734,7 +5806,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
     }
 }
 
-/* Appends the exposed triangles of one brick as springls. */
+/* Appends the exposed triangles of one brick as springls that belong where they are. */
 SPRINGLS__FN void springls__fill_brick(springls_context *ctx, int index, const uint8_t *exposed, int *room)
 {
     const springls__grid *g = &ctx->grid;
@@ -5790,27 +5862,35 @@ SPRINGLS__FN void springls__adopt_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+/* Springls for the zero level's triangles further than `radius` from any springl. */
+SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float radius)
 {
     springls__exposure_job job;
-    springls__adopt_job adopt;
     int i, total = 0, room, bricks;
-    double started;
-    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&job.count));
     job.ctx = ctx;
+    job.radius = radius;
     springls__parallel(ctx, bricks, 4, springls__exposure_task, &job);
     for (i = 0; i < bricks; i++) total += job.count[i];
-    if (total == 0) return SPRINGLS_OK;
-    adopt.ctx = ctx;
-    adopt.first = ctx->set.count;
     room = springls__imin(total, springls__imax(ctx->desc.max_springls - ctx->set.count, 0));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->set.count + room));
     for (i = 0; i < bricks; i++)
         if (job.count[i]) springls__fill_brick(ctx, i, job.exposed + (size_t)i * SPRINGLS__CUBES, &room);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+{
+    springls__adopt_job adopt;
+    double started;
+    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
+    adopt.ctx = ctx;
+    adopt.first = ctx->set.count;
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max));
+    if (ctx->set.count == adopt.first) return SPRINGLS_OK;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
     springls__parallel(ctx, ctx->set.count - adopt.first, 16, springls__adopt_task, &adopt); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
@@ -7511,7 +7591,8 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
    then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
    edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
    There phi is the distance to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the
-   film together.
+   film together. Springls of the film follow those of the triangles; were they left to the first fill, they would take
+   correspondences from the rims.
 
    Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
 
@@ -7836,7 +7917,8 @@ SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float 
 
 /* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
    bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
-   too: their signs are exact, so it makes no difference. */
+   too: their signs are exact, so it makes no difference. In an open mesh only points that have asked for their side are
+   believed: what they say ends within a voxel, and hearsay would get in through the holes. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
@@ -7846,15 +7928,17 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     int i, guess = -1;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
+        bool asked = false;
         float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
             h = springls__surface_closest_from(m->surface, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
             if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
-            if (side == 0.0f) side = springls__mesh_side(m, points[i]);
+            asked = side == 0.0f;
+            if (asked) side = springls__mesh_side(m, points[i]);
         } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = side;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || asked ? side : 0.0f;
         out[i] = side * distance;
     }
 }
@@ -7913,6 +7997,9 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
+    if (balanced) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.d_max));
+    springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
 
@@ -8568,25 +8655,6 @@ SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int 
     return SPRINGLS_OK;
 }
 
-/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *s = &ctx->set.s[i];
-        float d2, reach = radius + s->reach;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
 /* Triangles stay counter-clockwise seen from outside in a mirrored world. */
 SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, springls_mesh *mesh)
 {
@@ -8749,7 +8817,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 873 \"springls.h\"\n",
+    "#line 881 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -8786,7 +8854,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 911 \"springls.h\"\n",
+    "#line 919 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -8922,7 +8990,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1048 \"springls.h\"\n",
+    "#line 1056 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -8989,7 +9057,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1116 \"springls.h\"\n",
+    "#line 1124 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -9022,7 +9090,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1150 \"springls.h\"\n",
+    "#line 1158 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -9120,7 +9188,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1249 \"springls.h\"\n",
+    "#line 1257 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -9172,7 +9240,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1302 \"springls.h\"\n",
+    "#line 1310 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -9204,7 +9272,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1335 \"springls.h\"\n",
+    "#line 1343 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -9332,7 +9400,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1464 \"springls.h\"\n",
+    "#line 1472 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -9340,7 +9408,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1473 \"springls.h\"\n",
+    "#line 1481 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -9393,7 +9461,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1527 \"springls.h\"\n",
+    "#line 1535 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -9403,7 +9471,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1538 \"springls.h\"\n",
+    "#line 1546 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -9436,7 +9504,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1572 \"springls.h\"\n",
+    "#line 1580 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -9491,7 +9559,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1628 \"springls.h\"\n",
+    "#line 1636 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -9560,7 +9628,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__fabs(v.c) < SPRINGLS__NEAR || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1698 \"springls.h\"\n",
+    "#line 1706 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -9632,12 +9700,14 @@ static const char *const springls__kernel_lines[] = {
     "    return f;\n",
     "}\n",
     "\n",
-    "/* The value to take: the springls' where it is close to phi, which decides the side in doubt. */\n",
+    "/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are\n",
+    "   closer than phi says: it may have lost a sheet here. */\n",
     "SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)\n",
     "{\n",
     "    float change = springls__fabs(f.distance - phi);\n",
     "    int same_side = (f.distance < 0.0f) == (phi < 0.0f);\n",
-    "    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;\n",
+    "    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);\n",
+    "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
     "}\n",
     "\n",
     "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
@@ -9660,14 +9730,14 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }\n",
     "\n",
     "/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so\n",
-    "   much. Where all are in doubt the voxel stays so. */\n",
-    "SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)\n",
+    "   much. Where they say no more than `enough` the voxel stays in doubt. */\n",
+    "SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, float enough)\n",
     "{\n",
     "    float sum, nearest;\n",
     "    if (!springls__is_doubtful(v.c, far_value)) return v.c;\n",
     "    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)\n",
     "        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);\n",
-    "    if (sum == 0.0f) return v.c;\n",
+    "    if (springls__fabs(sum) <= enough) return v.c;\n",
     "    nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),\n",
     "                            springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
     "    nearest = springls__min(nearest + 1.0f, far_value);\n",
@@ -9681,7 +9751,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1820 \"springls.h\"\n",
+    "#line 1830 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -9821,7 +9891,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 1961 \"springls.h\"\n",
+    "#line 1971 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -9847,7 +9917,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 1988 \"springls.h\"\n",
+    "#line 1998 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -9881,28 +9951,40 @@ static const char *const springls__kernel_lines[] = {
     "    return fan;\n",
     "}\n",
     "\n",
-    "/* The largest angle without a neighbour, and the direction that halves it. */\n",
-    "typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;\n",
+    "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
+    "typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;\n",
     "\n",
     "SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)\n",
     "{\n",
     "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
     "    springls__opening opening;\n",
-    "    float from = 0.0f, middle;\n",
+    "    float from, middle;\n",
     "    int i;\n",
     "    opening.angle = turn;\n",
+    "    opening.second = 0.0f;\n",
     "    opening.middle = fan.e1;\n",
     "    if (fan.count == 0) return opening;\n",
     "    from = fan.angle[fan.count - 1];\n",
     "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
     "    for (i = 1; i < fan.count; i++) {\n",
-    "        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;\n",
+    "        float angle = fan.angle[i] - fan.angle[i - 1];\n",
+    "        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));\n",
+    "        if (angle <= opening.angle) continue;\n",
+    "        opening.angle = angle;\n",
     "        from = fan.angle[i - 1];\n",
-    "        opening.angle = fan.angle[i] - from;\n",
     "    }\n",
     "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
     "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
     "    return opening;\n",
+    "}\n",
+    "\n",
+    "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two sides open, its end and a drop nearly all. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)\n",
+    "{\n",
+    "    const float degree = 0.0174532925f;\n",
+    "    springls__opening opening = springls__fan_opening(fan);\n",
+    "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
     ""   /* counts as no line: it is here so that the list is never empty */
 };

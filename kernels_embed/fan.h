@@ -31,26 +31,38 @@ SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 
     return fan;
 }
 
-/* The largest angle without a neighbour, and the direction that halves it. */
-typedef struct springls__opening { float angle; springls__v3 middle; } springls__opening;
+/* The two largest angles without a neighbour, and the direction that halves the largest. */
+typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;
 
 SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
 {
     const float turn = 6.28318531f, over_pi = 0.318309886f;
     springls__opening opening;
-    float from = 0.0f, middle;
+    float from, middle;
     int i;
     opening.angle = turn;
+    opening.second = 0.0f;
     opening.middle = fan.e1;
     if (fan.count == 0) return opening;
     from = fan.angle[fan.count - 1];
     opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
     for (i = 1; i < fan.count; i++) {
-        if (fan.angle[i] - fan.angle[i - 1] <= opening.angle) continue;
+        float angle = fan.angle[i] - fan.angle[i - 1];
+        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
+        if (angle <= opening.angle) continue;
+        opening.angle = angle;
         from = fan.angle[i - 1];
-        opening.angle = fan.angle[i] - from;
     }
     middle = (from + 0.5f * opening.angle) * over_pi;
     opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
     return opening;
+}
+
+/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
+   two sides open, its end and a drop nearly all. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)
+{
+    const float degree = 0.0174532925f;
+    springls__opening opening = springls__fan_opening(fan);
+    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
 }

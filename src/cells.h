@@ -183,6 +183,12 @@ SPRINGLS__FN int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->cells->ids[walk->next++];
 }
 
+/* All springls whose particle may lie within r of x, and some more. */
+SPRINGLS__FN springls__cell_walk springls__cell_walk_near(const springls_context *ctx, springls__v3 x, float r)
+{
+    return springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+}
+
 /* All springls of which some point may lie within `radius` of the box. */
 SPRINGLS__FN springls__cell_walk springls__cell_walk_around(const springls_context *ctx, springls__v3 lower, springls__v3 upper,
                                                             float radius)

@@ -33,8 +33,9 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     springls__v3 n = springls__springl_normal(s);
     springls__cell_walk walk;
     int other, beside = 0;
+    if (ctx->set.phi[i] > ctx->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
-    walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r), springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    walk = springls__cell_walk_near(ctx, s->p, r);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
@@ -91,8 +92,7 @@ SPRINGLS__FN bool springls__is_crowded(const springls_context *ctx, const uint8_
     const float r = ctx->params.merge_distance;
     const springls__springl *s = &ctx->set.s[i];
     springls__v3 n = springls__springl_normal(s);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(s->p.x - r, s->p.y - r, s->p.z - r),
-                                                         springls__v3_make(s->p.x + r, s->p.y + r, s->p.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, s->p, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];

@@ -4,31 +4,19 @@
 /* A springl to be. */
 typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
 
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
-{
-    springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
-    }
-    return springls__fan_opening(fan);
-}
+/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+#define SPRINGLS__SEED_DISTANCE 0.7f
 
-/* Two springls of one side this close would be one too many. */
 SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
 {
-    const float closest = 0.7f; /* beyond merge_distance */
-    return springls__length2(springls__sub(p, p_other)) < closest * closest && springls__dot(n, n_other) > 0.3f;
+    const float r = SPRINGLS__SEED_DISTANCE;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
 }
 
 SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x, springls__v3 n)
 {
-    const float r = 0.7f;
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    const float r = SPRINGLS__SEED_DISTANCE;
+    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *o = &ctx->set.s[other];
@@ -42,7 +30,7 @@ SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x
 SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls__v3 p, springls__v3 n)
 {
     const float r = SPRINGLS__PROJECT_RADIUS;
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(p.x - r, p.y - r, p.z - r), springls__v3_make(p.x + r, p.y + r, p.z + r));
+    springls__cell_walk walk = springls__cell_walk_near(ctx, p, r);
     float weight = 0.0f, value = 0.0f;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
@@ -58,8 +46,8 @@ SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls
    that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
 SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, int i)
 {
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 150.0f * degree;
-    const float range = 1.3f, away = 0.9f, worst = 0.15f;
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float range = 1.3f, away = 0.85f, worst = 0.15f;
     const springls__springl *s = &ctx->set.s[i];
     springls__v3 n = springls__springl_normal(s), x;
     springls__opening opening = springls__opening_at(ctx, s->p, n, range, 1.0f);
@@ -94,7 +82,7 @@ typedef struct springls__accepted { const springls__seed *seeds; int *last, *bef
 
 SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
 {
-    const float r = 0.7f;
+    const float r = SPRINGLS__SEED_DISTANCE;
     const springls__grid *g = &ctx->grid;
     const springls__seed *seed = &accepted->seeds[i];
     int lo[3], hi[3], x, y, z, other;

@@ -106,25 +106,6 @@ SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int 
     return SPRINGLS_OK;
 }
 
-/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *s = &ctx->set.s[i];
-        float d2, reach = radius + s->reach;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
 /* Triangles stay counter-clockwise seen from outside in a mirrored world. */
 SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, springls_mesh *mesh)
 {

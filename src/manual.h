@@ -70,6 +70,12 @@
      second relax is left out. With project_level_set = 1 (default set) every loop of evolve and rebuild, here and below,
      ends with phi taking the springls' oriented distance near them (project); and unsigned_to_signed lets springls say on which side
      of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not reach stay outside.
+     Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
+     keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
+     nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
+     fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
+     they span; the zero level's triangles follow only where no springl is within 1.5 voxels, not d_max. A wide hole then takes
+     a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
@@ -174,7 +180,8 @@
    LIMITS
 
      - The grid is 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
-     - Parts of the model thinner than about a voxel are lost by phi, though springls may still be there.
+     - Sheets thinner than about a voxel have no watertight zero level, though their springls carry them on (default set: see
+       DATA FLOW). Threads of that size break.
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
      - No OpenCL host yet: everything runs on the CPU. springls_kernel_source() has the text of the maths for hosts of
@@ -217,7 +224,7 @@
      section 2.3.2      springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
      section 4.3.1      springls_step: turns flipped triangles (src/relax.h)
-     section 4.4        springls_fill_gaps
+     section 4.4        springls_fill_gaps (src/fill_gaps.h; src/fill_from_springls.h is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material

@@ -46,6 +46,7 @@
 #include "transform.h"
 #include "advect.h"
 #include "relax.h"
+#include "around.h"
 #include "contract.h"
 #include "track.h"
 #include "resample.h"

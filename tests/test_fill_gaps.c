@@ -201,7 +201,7 @@ TEST the_border_is_filled(void)
     fixture_keep(ctx, keep);
     free(keep);
     ASSERT_LT(springls_count(ctx), count - 20);
-    for (i = 0; i < 6; i++) ASSERT_OK(springls_fill_gaps(ctx));
+    for (i = 0; i < 14; i++) ASSERT_OK(springls_fill_gaps(ctx)); /* from the middle to the sharp edge */
     worst_gap(ctx, 0.5, &beyond);
     ASSERT_EQ_FMT(0, beyond, "%d");
     for (i = 0; i < springls_count(ctx); i++) n += fixture_particle(ctx, i).x < -0.4f;
@@ -210,8 +210,117 @@ TEST the_border_is_filled(void)
     PASS();
 }
 
+/* The widest and the second widest angle of a fan and the middle of the widest, against all pairs in double precision. */
+TEST openings_are_found(void)
+{
+    int trial, i, k;
+    fixture_seed(77);
+    for (trial = 0; trial < 300; trial++) {
+        springls__v3 n = fixture_direction();
+        springls__fan fan = springls__fan_begin(n);
+        springls__opening opening;
+        int count = trial % 12;
+        double angle[12], widest = 0.0, second = 0.0, middle = 0.0;
+        for (i = 0; i < count; i++) {
+            float length = fixture_between(0.1f, 2.0f), height = fixture_between(-1.0f, 1.0f);
+            angle[i] = (double)fixture_between(-3.1415f, 3.1415f);
+            fan = springls__fan_add(fan, springls__mad(springls__mad(springls__scale(fan.e1, length * (float)cos(angle[i])), fan.e2,
+                                                                     length * (float)sin(angle[i])), n, height));
+        }
+        fan = springls__fan_add(fan, springls__scale(n, 0.5f)); /* right above: no direction */
+        ASSERT_EQ(count, fan.count);
+        for (i = 0; i < count; i++) {
+            double gap = 2.0 * fixture_pi;
+            for (k = 0; k < count; k++) {
+                double after = angle[k] - angle[i] + (angle[k] > angle[i] ? 0.0 : 2.0 * fixture_pi);
+                if (k != i && after < gap) gap = after;
+            }
+            if (gap > widest) {
+                second = widest;
+                widest = gap;
+                middle = angle[i] + 0.5 * gap;
+            } else if (gap > second) {
+                second = gap;
+            }
+        }
+        opening = springls__fan_opening(fan);
+        ASSERT_IN_RANGE(count ? widest : 2.0 * fixture_pi, (double)opening.angle, 1e-4);
+        ASSERT_IN_RANGE(second, (double)opening.second, 1e-4);
+        if (count == 0 || widest - second < 1e-3) continue;
+        ASSERT_IN_RANGE(cos(middle), (double)springls__dot(opening.middle, fan.e1), 1e-4);
+        ASSERT_IN_RANGE(sin(middle), (double)springls__dot(opening.middle, fan.e2), 1e-4);
+    }
+    PASS();
+}
+
+/* Neighbours on a disc are a sheet's, on half a disc those of its rim; on a line they are a thread's, on half a line its end. */
+TEST sheets_and_threads_are_told_apart(int part, int expected)
+{
+    springls__fan fan = springls__fan_begin(springls__v3_make(0.0f, 0.0f, 1.0f));
+    int i;
+    fixture_seed(5);
+    for (i = 0; i < 24; i++) {
+        float u = fixture_between(-2.0f, 2.0f), v = fixture_between(-2.0f, 2.0f);
+        if (part == 1) u = fabsf(u);
+        if (part >= 2) v *= 0.2f;
+        if (part == 2) u += u < 0.0f ? -0.7f : 0.7f;
+        if (part == 3) u = fabsf(u) + 0.7f;
+        fan = springls__fan_add(fan, springls__v3_make(u, v, 0.3f));
+    }
+    ASSERT_EQ(expected, springls__spans_sheet(fan));
+    PASS();
+}
+
+/* Springls that fill from their neighbourhood keep their distance from each other, and from max_springls. */
+TEST seeds_keep_their_distance(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
+    int before, i, k;
+    ASSERT_OK(springls_fill_gaps(ctx));
+    ASSERT_GT(cut_hole(ctx, d3_make(0.3, -0.5, 0.8), 9.0, 2.5), 20);
+    ASSERT_GT(cut_hole(ctx, d3_make(-0.3, 0.5, 0.1), 9.0, 2.0), 20);
+    before = springls_count(ctx);
+    ctx->desc.max_springls = before + 4;
+    ASSERT_OK(springls__fill_from_springls(ctx));
+    ASSERT_EQ(before + 4, springls_count(ctx));
+    ASSERT_GT(springls_get_stats(ctx).refused, 0);
+    ctx->desc.max_springls = before + 1000;
+    for (i = 0; i < 3; i++) ASSERT_OK(springls__fill_from_springls(ctx));
+    ASSERT_GT(springls_count(ctx), before + 8);
+    for (i = before; i < springls_count(ctx); i++) {
+        fixture_springl s = fixture_get(ctx, i);
+        ASSERT(s.generation >= 1);
+        ASSERT_IN_RANGE(0.3248, fixture_area(&s), 1e-3);
+        for (k = 0; k < i; k++) ASSERT(d3_distance(d3_of(s.p), d3_of(fixture_particle(ctx, k))) > 0.7 - 1e-5);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A rim is no hole: springls of an open half of a sphere do not grow beyond it. */
+TEST rims_do_not_grow(void)
+{
+    springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
+    uint8_t *keep = (uint8_t *)malloc((size_t)springls_count(ctx));
+    int i, pass;
+    for (i = 0; i < springls_count(ctx); i++) keep[i] = fixture_particle(ctx, i).z > 15.5f;
+    fixture_keep(ctx, keep);
+    free(keep);
+    for (pass = 0; pass < 10; pass++) ASSERT_OK(springls__fill_from_springls(ctx));
+    for (i = 0; i < springls_count(ctx); i++) ASSERT_GT(fixture_particle(ctx, i).z, 14.5f);
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(fill_gaps)
 {
+    RUN_TEST(openings_are_found);
+    RUN_TESTp(sheets_and_threads_are_told_apart, 0, 1);
+    RUN_TESTp(sheets_and_threads_are_told_apart, 1, 1);
+    RUN_TESTp(sheets_and_threads_are_told_apart, 2, 0);
+    RUN_TESTp(sheets_and_threads_are_told_apart, 3, 0);
+    RUN_TEST(seeds_keep_their_distance);
+    RUN_TEST(rims_do_not_grow);
     RUN_TESTp(nothing_to_fill, 0);
     RUN_TESTp(nothing_to_fill, 1);
     RUN_TESTp(holes_are_covered, 0, 1.5f);
