@@ -195,7 +195,7 @@ ablation: deps-demo   ## what each improvement over the paper is worth on LeVequ
 	@$(MAKE) --no-print-directory build/bench/ablation
 	@build/bench/ablation
 
-motions: deps-demo   ## the default parameters on motions with known answers (GRID=128 STEP=1.28 ORDERS=3)
+motions: deps-demo   ## the default parameters on motions with known answers (GRID=128 STEP=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/motions
 	@build/bench/motions
 

@@ -674,7 +674,8 @@ typedef struct springls_mesh_report {
 /* Indexed triangle mesh, world coordinates, counter-clockwise seen from outside. `stride` is the bytes from one
    position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. Steps expect them about as large as a voxel: a
    mesh of larger ones needs springls_resample, until the count stops growing, before its first step. An inside-out, open or
-   dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area.
+   dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area. Holes are
+   closed by a film, whose springls follow those of the triangles.
    BAD_MESH: index out of range, nothing left. NON_FINITE: a used position is. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
@@ -1826,12 +1827,14 @@ SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moment
     return f;
 }
 
-/* The value to take: the springls' where it is close to phi, which decides the side in doubt. */
+/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are
+   closer than phi says: it may have lost a sheet here. */
 SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 {
     float change = springls__fabs(f.distance - phi);
     int same_side = (f.distance < 0.0f) == (phi < 0.0f);
-    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;
+    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);
+    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
 /* Is phi far from a sheet that it has lost, where springls stand before the voxel? */
@@ -1860,14 +1863,14 @@ SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
 SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }
 
 /* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
-   much. Where all are in doubt the voxel stays so. */
-SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
+   much. Where they say no more than `enough` the voxel stays in doubt. */
+SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, float enough)
 {
     float sum, nearest;
     if (!springls__is_doubtful(v.c, far_value)) return v.c;
     sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
         + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
-    if (sum == 0.0f) return v.c;
+    if (springls__fabs(sum) <= enough) return v.c;
     nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),
                             springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
     nearest = springls__min(nearest + 1.0f, far_value);
@@ -4064,7 +4067,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -4083,7 +4086,7 @@ SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float 
                                     springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
         nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
         nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
-        springls__vec_store(out + i, springls__vec_select(doubtful & (sum != 0.0f), nearest, v.c));
+        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
     }
 }
 
@@ -4129,10 +4132,10 @@ SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v
     }
 }
 
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value);
+    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
 }
 
 #endif
@@ -6215,13 +6218,14 @@ SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, cons
             const springls__oriented *s = &job->oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f * springls__length(normal) && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
         }
     return false;
 }
 
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside. */
+   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
+   thread may break. */
 SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, const springls__near_ranges *near_by, const springls__wide_tile *tile,
                                            const int origin[3], int v, springls__moments sum, bool at_edge, float phi)
 {
@@ -6234,7 +6238,7 @@ SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, con
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(job, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
     if (job->ctx->params.nucleate && springls__beside_lost(phi, f)) return f.distance;
-    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(job, near_by, x, sum.normal)
+    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(job, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
@@ -6277,6 +6281,7 @@ typedef struct springls__settle_job {
     const uint8_t *in_doubt;
     const float *from;
     float *to;
+    float enough;
     bool last;
 } springls__settle_job;
 
@@ -6294,7 +6299,7 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
         }
         springls__load_tile(g, job->from, g->active[begin], tile);
         for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job->enough, out + 8 * y + 64 * z);
         if (!job->last) continue;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
     }
@@ -6304,6 +6309,7 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doubt)
 {
     const int voxels = 3; /* from what a springl reaches to what it may have passed */
+    const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
     springls__grid *g = &ctx->grid;
     springls__settle_job job;
     int i;
@@ -6315,6 +6321,7 @@ SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doub
         job.from = g->phi_next;
         job.to = g->omega;
         job.last = i == voxels - 1;
+        job.enough = job.last ? 0.0f : sure;
         springls__parallel(ctx, g->active_count, 8, springls__settle_task, &job);
         springls__swap_fields(&g->phi_next, &g->next_memory, &g->omega, &g->omega_memory);
     }
@@ -6542,13 +6549,11 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when a place x of the zero level, facing n, is bare: no springl comes within d_max. Where springls fill the holes among
-   them the zero level of a sheet is no guide, as it comes and goes with the voxels inside: there they must be further away. */
-SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n)
+/* True when a place x of the zero level, facing n, is bare: no springl comes within d_max. Beside thin sheets the zero level is
+   no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
+SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n, float on_sheets)
 {
-    const bool springls_first = ctx->params.fill_from_springls != 0;
-    const float r = springls__max(springls_first ? 1.5f : 0.0f, ctx->params.d_max);
-    const float covered = ctx->params.d_max;
+    const float covered = ctx->params.d_max, r = springls__max(on_sheets, covered);
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
     float nearest2 = FLT_MAX;
     bool sheet = false;
@@ -6566,7 +6571,7 @@ SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3
 
 enum { SPRINGLS__CUBES = 9 * 9 * 9 };
 
-typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; } springls__exposure_job;
+typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; float on_sheets; } springls__exposure_job;
 
 /* One bit a triangle in exposed[CUBES * brick + cube]. */
 SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
@@ -6588,7 +6593,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
                     int mask = springls__mc_case(cell);
                     for (k = 0; k < springls__mc_count(mask); k++) {
                         springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t))) continue;
+                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t), job->on_sheets)) continue;
                         exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
                         job->count[begin]++;
                     }
@@ -6596,7 +6601,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
     }
 }
 
-/* Appends the exposed triangles of one brick as springls. */
+/* Appends the exposed triangles of one brick as springls that belong where they are. */
 SPRINGLS__FN void springls__fill_brick(springls_context *ctx, int index, const uint8_t *exposed, int *room)
 {
     const springls__grid *g = &ctx->grid;
@@ -6652,27 +6657,35 @@ SPRINGLS__FN void springls__adopt_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+/* Springls for the bare triangles of the zero level: see springls__is_exposed. */
+SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float on_sheets)
 {
     springls__exposure_job job;
-    springls__adopt_job adopt;
     int i, total = 0, room, bricks;
-    double started;
-    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&job.count));
     job.ctx = ctx;
+    job.on_sheets = on_sheets;
     springls__parallel(ctx, bricks, 4, springls__exposure_task, &job);
     for (i = 0; i < bricks; i++) total += job.count[i];
-    if (total == 0) return SPRINGLS_OK;
-    adopt.ctx = ctx;
-    adopt.first = ctx->set.count;
     room = springls__imin(total, springls__imax(ctx->desc.max_springls - ctx->set.count, 0));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->set.count + room));
     for (i = 0; i < bricks; i++)
         if (job.count[i]) springls__fill_brick(ctx, i, job.exposed + (size_t)i * SPRINGLS__CUBES, &room);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+{
+    springls__adopt_job adopt;
+    double started;
+    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
+    adopt.ctx = ctx;
+    adopt.first = ctx->set.count;
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max));
+    if (ctx->set.count == adopt.first) return SPRINGLS_OK;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
     springls__parallel(ctx, ctx->set.count - adopt.first, 16, springls__adopt_task, &adopt); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
@@ -8830,7 +8843,8 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
    then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
    edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
    There phi is the distance to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the
-   film together.
+   film together. Springls of the film follow those of the triangles; were they left to the first fill, they would take
+   correspondences from the rims.
 
    Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
 
@@ -9155,7 +9169,8 @@ SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float 
 
 /* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
    bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
-   too: their signs are exact, so it makes no difference. */
+   too: their signs are exact, so it makes no difference. In an open mesh only points that have asked for their side are
+   believed: what they say ends within a voxel, and hearsay would get in through the holes. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
@@ -9165,15 +9180,17 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     int i, guess = -1;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
+        bool asked = false;
         float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
             h = springls__surface_closest_from(m->surface, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
             if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
-            if (side == 0.0f) side = springls__mesh_side(m, points[i]);
+            asked = side == 0.0f;
+            if (asked) side = springls__mesh_side(m, points[i]);
         } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = side;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || asked ? side : 0.0f;
         out[i] = side * distance;
     }
 }
@@ -9233,6 +9250,9 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
+    if (balanced) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.d_max));
+    springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
 
@@ -10050,7 +10070,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 932 \"springls.h\"\n",
+    "#line 933 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -10087,7 +10107,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 970 \"springls.h\"\n",
+    "#line 971 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -10223,7 +10243,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1107 \"springls.h\"\n",
+    "#line 1108 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -10290,7 +10310,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1175 \"springls.h\"\n",
+    "#line 1176 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -10323,7 +10343,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1209 \"springls.h\"\n",
+    "#line 1210 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -10421,7 +10441,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1308 \"springls.h\"\n",
+    "#line 1309 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -10473,7 +10493,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1361 \"springls.h\"\n",
+    "#line 1362 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -10505,7 +10525,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1394 \"springls.h\"\n",
+    "#line 1395 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -10633,7 +10653,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1523 \"springls.h\"\n",
+    "#line 1524 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -10641,7 +10661,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1532 \"springls.h\"\n",
+    "#line 1533 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -10694,7 +10714,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1586 \"springls.h\"\n",
+    "#line 1587 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -10704,7 +10724,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1597 \"springls.h\"\n",
+    "#line 1598 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -10737,7 +10757,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1631 \"springls.h\"\n",
+    "#line 1632 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -10792,7 +10812,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1687 \"springls.h\"\n",
+    "#line 1688 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -10862,7 +10882,7 @@ static const char *const springls__kernel_lines[] = {
     "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1758 \"springls.h\"\n",
+    "#line 1759 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -10934,12 +10954,14 @@ static const char *const springls__kernel_lines[] = {
     "    return f;\n",
     "}\n",
     "\n",
-    "/* The value to take: the springls' where it is close to phi, which decides the side in doubt. */\n",
+    "/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are\n",
+    "   closer than phi says: it may have lost a sheet here. */\n",
     "SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)\n",
     "{\n",
     "    float change = springls__fabs(f.distance - phi);\n",
     "    int same_side = (f.distance < 0.0f) == (phi < 0.0f);\n",
-    "    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;\n",
+    "    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);\n",
+    "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
     "}\n",
     "\n",
     "/* Is phi far from a sheet that it has lost, where springls stand before the voxel? */\n",
@@ -10968,14 +10990,14 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }\n",
     "\n",
     "/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so\n",
-    "   much. Where all are in doubt the voxel stays so. */\n",
-    "SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)\n",
+    "   much. Where they say no more than `enough` the voxel stays in doubt. */\n",
+    "SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, float enough)\n",
     "{\n",
     "    float sum, nearest;\n",
     "    if (!springls__is_doubtful(v.c, far_value)) return v.c;\n",
     "    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)\n",
     "        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);\n",
-    "    if (sum == 0.0f) return v.c;\n",
+    "    if (springls__fabs(sum) <= enough) return v.c;\n",
     "    nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),\n",
     "                            springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
     "    nearest = springls__min(nearest + 1.0f, far_value);\n",
@@ -10989,7 +11011,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1886 \"springls.h\"\n",
+    "#line 1889 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -11170,7 +11192,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 2068 \"springls.h\"\n",
+    "#line 2071 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -11310,7 +11332,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2209 \"springls.h\"\n",
+    "#line 2212 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11336,7 +11358,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2236 \"springls.h\"\n",
+    "#line 2239 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

@@ -69,18 +69,14 @@ SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moment
     return f;
 }
 
-/* The value to take: the springls' where it is close to phi, which decides the side in doubt. */
+/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are
+   closer than phi says: it may have lost a sheet here. */
 SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 {
     float change = springls__fabs(f.distance - phi);
     int same_side = (f.distance < 0.0f) == (phi < 0.0f);
-    return change < f.trust || (same_side && change < 1.5f * f.trust) ? f.distance : phi;
-}
-
-/* Is phi far from a sheet that it has lost, where springls stand before the voxel? */
-SPRINGLS__MATHS int springls__beside_lost(float phi, springls__projection f)
-{
-    return phi > 1.0f && f.distance >= 0.0f && f.distance < 1.0f && f.trust > 0.1f;
+    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);
+    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
@@ -103,14 +99,14 @@ SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
 SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }
 
 /* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
-   much. Where all are in doubt the voxel stays so. */
-SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value)
+   much. Where they say no more than `enough` the voxel stays in doubt. */
+SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, float enough)
 {
     float sum, nearest;
     if (!springls__is_doubtful(v.c, far_value)) return v.c;
     sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
         + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
-    if (sum == 0.0f) return v.c;
+    if (springls__fabs(sum) <= enough) return v.c;
     nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),
                             springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
     nearest = springls__min(nearest + 1.0f, far_value);

@@ -257,7 +257,8 @@ typedef struct springls_mesh_report {
 /* Indexed triangle mesh, world coordinates, counter-clockwise seen from outside. `stride` is the bytes from one
    position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. Steps expect them about as large as a voxel: a
    mesh of larger ones needs springls_resample, until the count stops growing, before its first step. An inside-out, open or
-   dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area.
+   dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area. Holes are
+   closed by a film, whose springls follow those of the triangles.
    BAD_MESH: index out of range, nothing left. NON_FINITE: a used position is. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,

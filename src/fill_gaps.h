@@ -38,13 +38,11 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when a place x of the zero level, facing n, is bare: no springl comes within d_max. Where springls fill the holes among
-   them the zero level of a sheet is no guide, as it comes and goes with the voxels inside: there they must be further away. */
-SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n)
+/* True when a place x of the zero level, facing n, is bare: no springl comes within d_max. Beside thin sheets the zero level is
+   no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
+SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n, float on_sheets)
 {
-    const bool springls_first = ctx->params.fill_from_springls != 0;
-    const float r = springls__max(springls_first ? 1.5f : 0.0f, ctx->params.d_max);
-    const float covered = ctx->params.d_max;
+    const float covered = ctx->params.d_max, r = springls__max(on_sheets, covered);
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
     float nearest2 = FLT_MAX;
     bool sheet = false;
@@ -62,7 +60,7 @@ SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3
 
 enum { SPRINGLS__CUBES = 9 * 9 * 9 };
 
-typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; } springls__exposure_job;
+typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; float on_sheets; } springls__exposure_job;
 
 /* One bit a triangle in exposed[CUBES * brick + cube]. */
 SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
@@ -84,7 +82,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
                     int mask = springls__mc_case(cell);
                     for (k = 0; k < springls__mc_count(mask); k++) {
                         springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t))) continue;
+                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t), job->on_sheets)) continue;
                         exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
                         job->count[begin]++;
                     }
@@ -92,7 +90,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
     }
 }
 
-/* Appends the exposed triangles of one brick as springls. */
+/* Appends the exposed triangles of one brick as springls that belong where they are. */
 SPRINGLS__FN void springls__fill_brick(springls_context *ctx, int index, const uint8_t *exposed, int *room)
 {
     const springls__grid *g = &ctx->grid;
@@ -148,27 +146,35 @@ SPRINGLS__FN void springls__adopt_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+/* Springls for the bare triangles of the zero level: see springls__is_exposed. */
+SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float on_sheets)
 {
     springls__exposure_job job;
-    springls__adopt_job adopt;
     int i, total = 0, room, bricks;
-    double started;
-    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&job.count));
     job.ctx = ctx;
+    job.on_sheets = on_sheets;
     springls__parallel(ctx, bricks, 4, springls__exposure_task, &job);
     for (i = 0; i < bricks; i++) total += job.count[i];
-    if (total == 0) return SPRINGLS_OK;
-    adopt.ctx = ctx;
-    adopt.first = ctx->set.count;
     room = springls__imin(total, springls__imax(ctx->desc.max_springls - ctx->set.count, 0));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->set.count + room));
     for (i = 0; i < bricks; i++)
         if (job.count[i]) springls__fill_brick(ctx, i, job.exposed + (size_t)i * SPRINGLS__CUBES, &room);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+{
+    springls__adopt_job adopt;
+    double started;
+    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
+    adopt.ctx = ctx;
+    adopt.first = ctx->set.count;
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max));
+    if (ctx->set.count == adopt.first) return SPRINGLS_OK;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
     springls__parallel(ctx, ctx->set.count - adopt.first, 16, springls__adopt_task, &adopt); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);

@@ -87,7 +87,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -106,7 +106,7 @@ SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float 
                                     springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
         nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
         nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
-        springls__vec_store(out + i, springls__vec_select(doubtful & (sum != 0.0f), nearest, v.c));
+        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
     }
 }
 
@@ -152,10 +152,10 @@ SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v
     }
 }
 
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value);
+    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
 }
 
 #endif

@@ -145,13 +145,14 @@ SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, cons
             const springls__oriented *s = &job->oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f * springls__length(normal) && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
         }
     return false;
 }
 
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside. */
+   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
+   thread may break. */
 SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, const springls__near_ranges *near_by, const springls__wide_tile *tile,
                                            const int origin[3], int v, springls__moments sum, bool at_edge, float phi)
 {
@@ -163,8 +164,7 @@ SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, con
     if (!job->ctx->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(job, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (job->ctx->params.nucleate && springls__beside_lost(phi, f)) return f.distance;
-    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(job, near_by, x, sum.normal)
+    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(job, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
@@ -207,6 +207,7 @@ typedef struct springls__settle_job {
     const uint8_t *in_doubt;
     const float *from;
     float *to;
+    float enough;
     bool last;
 } springls__settle_job;
 
@@ -224,7 +225,7 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
         }
         springls__load_tile(g, job->from, g->active[begin], tile);
         for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job->enough, out + 8 * y + 64 * z);
         if (!job->last) continue;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
     }
@@ -234,6 +235,7 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doubt)
 {
     const int voxels = 3; /* from what a springl reaches to what it may have passed */
+    const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
     springls__grid *g = &ctx->grid;
     springls__settle_job job;
     int i;
@@ -245,6 +247,7 @@ SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doub
         job.from = g->phi_next;
         job.to = g->omega;
         job.last = i == voxels - 1;
+        job.enough = job.last ? 0.0f : sure;
         springls__parallel(ctx, g->active_count, 8, springls__settle_task, &job);
         springls__swap_fields(&g->phi_next, &g->next_memory, &g->omega, &g->omega_memory);
     }

@@ -5,7 +5,8 @@
    then most voxels take the sign of a neighbour, because two balls free of surface that overlap lie on one side. Where
    edges are unbalanced, the surface is open: the level one half of the winding number closes its holes like a soap film.
    There phi is the distance to the triangles times |1 - 2 w|, then re-distanced: its zero level is the triangles and the
-   film together.
+   film together. Springls of the film follow those of the triangles; were they left to the first fill, they would take
+   correspondences from the rims.
 
    Bad input leaves the model as it was; when memory runs out on the way, the model is empty. */
 
@@ -330,7 +331,8 @@ SPRINGLS__FN float springls__mesh_known(const springls__v3 *points, const float 
 
 /* A springls__distance_fn. Batches are voxels of one brick, where distances beyond the band are cut short, or centres of
    bricks, which must be told apart further out. Points of a brick learn from each other. Bricks of a balanced mesh may,
-   too: their signs are exact, so it makes no difference. */
+   too: their signs are exact, so it makes no difference. In an open mesh only points that have asked for their side are
+   believed: what they say ends within a voxel, and hearsay would get in through the holes. */
 SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     const springls__mesh_distance *m = (const springls__mesh_distance *)arg;
@@ -340,15 +342,17 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
     int i, guess = -1;
     for (i = 0; i < count; i++) {
         springls__surface_hit h;
+        bool asked = false;
         float side = 0.0f, distance, known = learn ? springls__mesh_known(points, out, sides, i, 0.0f, &side) : 0.0f;
         if (!voxels || known < m->band + 0.1f) {
             h = springls__surface_closest_from(m->surface, points[i], search, guess);
             if (h.triangle >= 0) guess = h.triangle;
             distance = h.triangle < 0 ? search : springls__sqrt(h.hit.d2);
             if (learn && side == 0.0f) springls__mesh_known(points, out, sides, i, distance, &side);
-            if (side == 0.0f) side = springls__mesh_side(m, points[i]);
+            asked = side == 0.0f;
+            if (asked) side = springls__mesh_side(m, points[i]);
         } else distance = known;
-        sides[i % SPRINGLS__MESH_RING] = side;
+        sides[i % SPRINGLS__MESH_RING] = m->balanced || asked ? side : 0.0f;
         out[i] = side * distance;
     }
 }
@@ -408,6 +412,9 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
+    if (balanced) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.d_max));
+    springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
 

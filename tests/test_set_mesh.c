@@ -315,6 +315,74 @@ TEST open_bowl_is_closed_by_a_film(void)
     PASS();
 }
 
+/* Springls of the film follow those of the triangles and belong where they are; then nothing is left to fill. */
+TEST springls_cover_the_film(void)
+{
+    springls_desc desc = cube(48);
+    int i, lowest = 0, count;
+    clear_mesh();
+    add_sphere(24, 24, 24, 15.0, 80, 40, 0.75);
+    ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
+    count = springls_count(ctx);
+    ASSERT_GT(count, triangles + 100);
+    for (i = triangles; i < count; i++) {
+        springls__v3 p = ctx->set.s[i].p, a = ctx->set.a[i];
+        ASSERT(springls__length(springls__sub(p, a)) == 0.0f);
+        ASSERT(springls__springl_normal(&ctx->set.s[i]).z > 0.5f);
+        lowest += p.z < 24.0f;
+    }
+    ASSERT_EQ(0, lowest);
+    ASSERT_EQ(0, (int)springls_get_stats(ctx).added);
+    ASSERT_EQ(SPRINGLS_OK, springls_fill_gaps(ctx));
+    ASSERT_LT(springls_count(ctx) - count, 10);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Triangles within `r` of a place are left out. */
+static void cut_mesh(float x, float y, float z, float r)
+{
+    int t, k, n = 0;
+    for (t = 0; t < triangles; t++) {
+        const float *a = &position[3 * triangle[3 * t]];
+        float dx = a[0] - x, dy = a[1] - y, dz = a[2] - z;
+        if (dx * dx + dy * dy + dz * dz < r * r) continue;
+        for (k = 0; k < 3; k++) triangle[3 * n + k] = triangle[3 * t + k];
+        n++;
+    }
+    triangles = n;
+}
+
+/* What is outside stays outside: through a hole no voxel tells another its side. */
+TEST holes_do_not_leak(float r)
+{
+    springls_desc desc = cube(48);
+    springls_measures m;
+    float *phi;
+    int x, y, z;
+    clear_mesh();
+    add_sphere(24, 24, 24, 15.0, 160, 80, 1.0);
+    cut_mesh(39.0f, 24.0f, 24.0f, r);
+    cut_mesh(24.0f, 9.0f, 24.0f, r);
+    cut_mesh(15.0f, 15.0f, 16.0f, r);
+    ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
+    ASSERT(!report.closed);
+    ASSERT_EQ(SPRINGLS_OK, springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    phi = level_set();
+    for (z = 0; z < 48; z++)
+        for (y = 0; y < 48; y++)
+            for (x = 0; x < 48; x++) {
+                float dx = (float)x - 24.0f, dy = (float)y - 24.0f, dz = (float)z - 24.0f, d = sqrtf(dx * dx + dy * dy + dz * dz) - 15.0f;
+                if (d < -0.5f * r - 0.5f) ASSERT_LT(phi[x + 48 * (y + 48 * z)], 0.0f);
+                if (d > 0.5f * r + 0.5f) ASSERT_GT(phi[x + 48 * (y + 48 * z)], 0.0f);
+            }
+    free(phi);
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST turned_faces_are_repaired(void)
 {
     springls_desc desc = cube(40);
@@ -636,6 +704,9 @@ SUITE(clean)
 SUITE(dirty)
 {
     RUN_TEST(open_bowl_is_closed_by_a_film);
+    RUN_TEST(springls_cover_the_film);
+    RUN_TESTp(holes_do_not_leak, 1.5f);
+    RUN_TESTp(holes_do_not_leak, 3.0f);
     RUN_TEST(turned_faces_are_repaired);
     RUN_TEST(repeated_faces_and_flat_ones);
     RUN_TEST(soup_is_welded);

@@ -18,7 +18,7 @@
 
 /* ---- improvements ---- */
 
-/* The two sets, each with the steps that go with it: steps of equal time, as many as the paper takes. */
+/* The two sets, each with the steps that go with it: as many of equal time as the paper takes, and steps of two voxels. */
 static struct motion_setting paper_setting(void)
 {
     struct motion_setting setting;
@@ -32,6 +32,7 @@ static struct motion_setting default_setting(void)
     struct motion_setting setting;
     memset(&setting, 0, sizeof setting);
     setting.params = springls_default_params();
+    setting.max_displacement = 2.0f;
     return setting;
 }
 
@@ -51,15 +52,20 @@ struct improvement {
 
 static const struct improvement improvements[] = {
     {"springls from marching cubes on every voxel", {P(initial_stride)}},
-    {"internal springs as strong as external", {P(kappa_int)}},
-    {"2 iterations of relax", {P(relax_iterations)}},
+    {"internal springs stronger than external", {P(kappa_int)}},
+    {"one iteration of relax, of twice the gain", {P(relax_iterations), P(relax_step_length), P(relax_step_rotation)}},
     {"bad triangles get a good shape", {P(reshape), P(min_area)}},
     {"the younger of two close particles goes", {P(merge_distance)}},
+    {"springls of thin sheets stay", {P(keep_thin)}},
     {"contract and resample after the level set", {P(resample_last)}},
     {"split by the longest edge", {P(split_edge), P(split_area)}},
     {"new springls on a quadratic fit", {P(placement)}},
+    {"springls fill holes among them", {P(fill_from_springls)}},
+    {"springls carry phi instead of eq. 23; projected", {P(predict), P(evolve_iterations), P(project_level_set)}}, /* carried alone it decays */
     {"level set projected onto springls", {P(project_level_set)}},
-    {"3 iterations of evolve", {P(evolve_iterations)}},
+    {"springls put lost sheets back into phi", {P(nucleate)}},
+    {"vertices have their own velocity", {P(vertex_velocity)}},
+    {"steps of two voxels", {SETTING(max_displacement)}},
 };
 enum { IMPROVEMENTS = (int)(sizeof improvements / sizeof *improvements), CASES = 2 + 2 * IMPROVEMENTS };
 

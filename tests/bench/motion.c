@@ -14,7 +14,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { MOST_SAMPLES = 30000, BATCH = 64 };
+enum { MOST_SAMPLES = 30000, BATCH = 64, PIECES = 4 };
 
 /* A run in progress. The problem's coordinate c is the model's coordinate (c + order) % 3. */
 struct course {
@@ -341,72 +341,38 @@ static double thread_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* How far the fastest particle gets in dt: the mean of its speeds at both ends. */
-static springls_status reach(struct course *course, double time, double dt, double *voxels)
-{
-    float first = 0.0f, last = 0.0f;
-    springls_status status = springls_max_speed(course->ctx, &course->forces, (float)time, &first);
-    status = status == SPRINGLS_OK ? springls_max_speed(course->ctx, &course->forces, (float)(time + dt), &last) : status;
-    *voxels = 0.5 * dt * ((double)first + (double)last);
-    return status;
-}
-
-/* The longest step from `time`, `most` at most, that is no longer than max_displacement. springls_step by itself looks at
-   the speed at the beginning of dt, and these flows begin their way back at rest. */
-static springls_status choose_dt(struct course *course, float max_displacement, double time, double most, double *dt)
-{
-    enum { BISECTIONS = 12 };
-    double shorter = 0.0, longer = most, voxels;
-    springls_status status = reach(course, time, most, &voxels);
-    for (int i = 0; i < BISECTIONS && status == SPRINGLS_OK && (i > 0 || voxels > (double)max_displacement); ++i) {
-        *dt = 0.5 * (shorter + longer);
-        status = reach(course, time, *dt, &voxels);
-        if (voxels > (double)max_displacement) {
-            longer = *dt;
-        } else {
-            shorter = *dt;
-        }
-    }
-    *dt = longer;
-    return status;
-}
-
 static springls_status take_step(struct course *course, double time, double dt, float max_displacement)
 {
     double *f = course->figures;
     const double started = thread_seconds();
+    const int before = springls_get_stats(course->ctx).steps;
     springls_step_desc step;
     memset(&step, 0, sizeof step);
     step.forces = &course->forces;
     step.dt = (float)dt;
-    step.max_displacement = 1.01f * max_displacement; /* choose_dt has some play */
+    step.max_displacement = max_displacement;
     springls_set_time(course->ctx, time);
     const springls_status status = springls_step(course->ctx, &step);
+    const double steps = springls_get_stats(course->ctx).steps - before;
     f[MOTION_cpu_seconds] += thread_seconds() - started;
-    f[MOTION_springls_mean] += springls_count(course->ctx); /* a sum so far */
-    f[MOTION_steps] += 1.0;
+    f[MOTION_springls_mean] += steps * springls_count(course->ctx); /* a sum so far */
+    f[MOTION_steps] += steps;
     return status;
 }
 
 static springls_status move(struct course *course, const struct motion_setting *setting)
 {
     const struct benchmark *problem = &course->motion->problem;
-    const double half = 0.5 * problem->duration, equal = problem->duration / problem->steps;
+    const bool adaptive = setting->max_displacement > 0.0f;
+    const int half = adaptive ? PIECES : problem->steps / 2; /* calls of springls_step, which cuts a piece into steps itself */
+    const double dt = 0.5 * problem->duration / half;
     double *f = course->figures;
     springls_status status = SPRINGLS_OK;
     f[MOTION_cpu_seconds] = f[MOTION_springls_mean] = f[MOTION_steps] = 0.0;
-    for (int k = 0; k < 2 && status == SPRINGLS_OK; ++k) {
-        double done = 0.0;
-        while (done < (1.0 - 1e-6) * half && status == SPRINGLS_OK) {
-            double dt = equal;
-            if (setting->max_displacement > 0.0f) {
-                status = choose_dt(course, setting->max_displacement, k * half + done, half - done, &dt);
-            }
-            status = status == SPRINGLS_OK ? take_step(course, k * half + done, dt, setting->max_displacement) : status;
-            done += dt;
-        }
-        if (k == 0 && status == SPRINGLS_OK) {
-            status = measure_halfway(course, half);
+    for (int k = 0; k < 2 * half && status == SPRINGLS_OK; ++k) {
+        status = take_step(course, k * dt, dt, setting->max_displacement);
+        if (k == half - 1 && status == SPRINGLS_OK) {
+            status = measure_halfway(course, 0.5 * problem->duration);
         }
     }
     f[MOTION_springls_mean] /= f[MOTION_steps];
