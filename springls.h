@@ -1837,12 +1837,6 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
-/* Is phi far from a sheet that it has lost, where springls stand before the voxel? */
-SPRINGLS__MATHS int springls__beside_lost(float phi, springls__projection f)
-{
-    return phi > 1.0f && f.distance >= 0.0f && f.distance < 1.0f && f.trust > 0.1f;
-}
-
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
 SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }
 
@@ -6237,7 +6231,6 @@ SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, con
     if (!job->ctx->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(job, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (job->ctx->params.nucleate && springls__beside_lost(phi, f)) return f.distance;
     if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(job, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal)))
         return f.distance;
@@ -6549,11 +6542,11 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when a place x of the zero level, facing n, is bare: no springl comes within d_max. Beside thin sheets the zero level is
-   no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
-SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n, float on_sheets)
+/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
+   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
+SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n, float covered, float on_sheets)
 {
-    const float covered = ctx->params.d_max, r = springls__max(on_sheets, covered);
+    const float r = springls__max(on_sheets, covered);
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
     float nearest2 = FLT_MAX;
     bool sheet = false;
@@ -6571,7 +6564,7 @@ SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3
 
 enum { SPRINGLS__CUBES = 9 * 9 * 9 };
 
-typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; float on_sheets; } springls__exposure_job;
+typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; float covered, on_sheets; } springls__exposure_job;
 
 /* One bit a triangle in exposed[CUBES * brick + cube]. */
 SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
@@ -6593,7 +6586,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
                     int mask = springls__mc_case(cell);
                     for (k = 0; k < springls__mc_count(mask); k++) {
                         springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t), job->on_sheets)) continue;
+                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t), job->covered, job->on_sheets)) continue;
                         exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
                         job->count[begin]++;
                     }
@@ -6658,7 +6651,7 @@ SPRINGLS__FN void springls__adopt_task(void *arg, int begin, int end)
 }
 
 /* Springls for the bare triangles of the zero level: see springls__is_exposed. */
-SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float on_sheets)
+SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
 {
     springls__exposure_job job;
     int i, total = 0, room, bricks;
@@ -6667,6 +6660,7 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&job.count));
     job.ctx = ctx;
+    job.covered = covered;
     job.on_sheets = on_sheets;
     springls__parallel(ctx, bricks, 4, springls__exposure_task, &job);
     for (i = 0; i < bricks; i++) total += job.count[i];
@@ -6679,12 +6673,16 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
+    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
+    const float d_max = ctx->params.d_max;
+    const bool springls_first = ctx->params.fill_from_springls != 0;
     springls__adopt_job adopt;
     double started;
-    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
+    if (springls_first) SPRINGLS__TRY(springls__fill_from_springls(ctx));
     adopt.ctx = ctx;
     adopt.first = ctx->set.count;
-    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max));
+    SPRINGLS__TRY(springls_first ? springls__fill_from_level_set(ctx, springls__max(covered, d_max), on_sheets)
+                                 : springls__fill_from_level_set(ctx, d_max, d_max));
     if (ctx->set.count == adopt.first) return SPRINGLS_OK;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
     springls__parallel(ctx, ctx->set.count - adopt.first, 16, springls__adopt_task, &adopt); /* the cells still hold the known ones only */
@@ -9251,7 +9249,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     ctx->original.source = (int *)ctx->original.source_memory.data;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.d_max));
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.d_max, ctx->params.d_max));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -10964,12 +10962,6 @@ static const char *const springls__kernel_lines[] = {
     "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
     "}\n",
     "\n",
-    "/* Is phi far from a sheet that it has lost, where springls stand before the voxel? */\n",
-    "SPRINGLS__MATHS int springls__beside_lost(float phi, springls__projection f)\n",
-    "{\n",
-    "    return phi > 1.0f && f.distance >= 0.0f && f.distance < 1.0f && f.trust > 0.1f;\n",
-    "}\n",
-    "\n",
     "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
     "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }\n",
     "\n",
@@ -11011,7 +11003,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1889 \"springls.h\"\n",
+    "#line 1883 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -11192,7 +11184,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 2071 \"springls.h\"\n",
+    "#line 2065 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -11332,7 +11324,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2212 \"springls.h\"\n",
+    "#line 2206 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11358,7 +11350,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2239 \"springls.h\"\n",
+    "#line 2233 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

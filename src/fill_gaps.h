@@ -38,11 +38,11 @@ SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *r
     return t;
 }
 
-/* True when a place x of the zero level, facing n, is bare: no springl comes within d_max. Beside thin sheets the zero level is
-   no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
-SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n, float on_sheets)
+/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
+   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
+SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n, float covered, float on_sheets)
 {
-    const float covered = ctx->params.d_max, r = springls__max(on_sheets, covered);
+    const float r = springls__max(on_sheets, covered);
     springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
     float nearest2 = FLT_MAX;
     bool sheet = false;
@@ -60,7 +60,7 @@ SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3
 
 enum { SPRINGLS__CUBES = 9 * 9 * 9 };
 
-typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; float on_sheets; } springls__exposure_job;
+typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; float covered, on_sheets; } springls__exposure_job;
 
 /* One bit a triangle in exposed[CUBES * brick + cube]. */
 SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
@@ -82,7 +82,7 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
                     int mask = springls__mc_case(cell);
                     for (k = 0; k < springls__mc_count(mask); k++) {
                         springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t), job->on_sheets)) continue;
+                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t), job->covered, job->on_sheets)) continue;
                         exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
                         job->count[begin]++;
                     }
@@ -147,7 +147,7 @@ SPRINGLS__FN void springls__adopt_task(void *arg, int begin, int end)
 }
 
 /* Springls for the bare triangles of the zero level: see springls__is_exposed. */
-SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float on_sheets)
+SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
 {
     springls__exposure_job job;
     int i, total = 0, room, bricks;
@@ -156,6 +156,7 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&job.count));
     job.ctx = ctx;
+    job.covered = covered;
     job.on_sheets = on_sheets;
     springls__parallel(ctx, bricks, 4, springls__exposure_task, &job);
     for (i = 0; i < bricks; i++) total += job.count[i];
@@ -168,12 +169,16 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
+    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
+    const float d_max = ctx->params.d_max;
+    const bool springls_first = ctx->params.fill_from_springls != 0;
     springls__adopt_job adopt;
     double started;
-    if (ctx->params.fill_from_springls) SPRINGLS__TRY(springls__fill_from_springls(ctx));
+    if (springls_first) SPRINGLS__TRY(springls__fill_from_springls(ctx));
     adopt.ctx = ctx;
     adopt.first = ctx->set.count;
-    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.fill_from_springls ? 1.5f : ctx->params.d_max));
+    SPRINGLS__TRY(springls_first ? springls__fill_from_level_set(ctx, springls__max(covered, d_max), on_sheets)
+                                 : springls__fill_from_level_set(ctx, d_max, d_max));
     if (ctx->set.count == adopt.first) return SPRINGLS_OK;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
     springls__parallel(ctx, ctx->set.count - adopt.first, 16, springls__adopt_task, &adopt); /* the cells still hold the known ones only */

@@ -413,7 +413,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     ctx->original.source = (int *)ctx->original.source_memory.data;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.d_max));
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.d_max, ctx->params.d_max));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
