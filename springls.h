@@ -1879,6 +1879,16 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
 }
 
+/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it
+   becomes there, else itself. */
+SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)
+{
+    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
+    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+    if (v.c >= 0.0f && hi < 0.0f) return hi;
+    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;
+}
+
 /* ======== >>edges  (kernels_embed/edges.h) ===================================================================== */
 /* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one
    way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,
@@ -4084,7 +4094,34 @@ SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float 
     }
 }
 
+/* springls__without_speck; true when there was one. */
+SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
+        springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+        springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vmask_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
+}
+
 #else
+
+SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i++) {
+        out[i] = springls__without_speck(springls__tile_cross(phi + i));
+        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
+    }
+    return some;
+}
 
 SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
 {
@@ -6323,6 +6360,31 @@ SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doub
     ctx->omega_fresh = false;
 }
 
+/* Single voxels of the other side go, but those that a thin sheet has inside. */
+SPRINGLS__FN void springls__specks_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const springls__grid *g = &ctx->grid;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int x, y, z, o[3];
+    for (; begin < end; begin++) {
+        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        springls__slot_origin(g, g->active[begin], o);
+        springls__load_tile(g, g->phi, g->active[begin], tile);
+        for (z = 0; z < 8; z++)
+            for (y = 0; y < 8; y++) {
+                const float *phi = tile + springls__tile_index(0, y, z);
+                float *row = out + 8 * y + 64 * z;
+                if (!springls__specks_row(phi, row) || !ctx->params.nucleate) continue;
+                for (x = 0; x < 8; x++) {
+                    springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));
+                    int i = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(ctx, at, SPRINGLS__PROJECT_RADIUS) : -1;
+                    if (i >= 0 && springls__in_sheet(ctx, at, springls__springl_normal(&ctx->set.s[i]))) row[x] = phi[x];
+                }
+            }
+    }
+}
+
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     springls__project_job job;
@@ -6344,6 +6406,10 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         springls__phi_in_step(ctx);
     }
     springls__commit_phi(ctx, carry ? job.most_moved : 0.5f);
+    if (carry && ctx->params.topology == SPRINGLS_TOPOLOGY_FREE) {
+        springls__parallel(ctx, ctx->grid.active_count, 8, springls__specks_task, ctx);
+        springls__swap_phi(&ctx->grid);
+    }
     springls__redistance_sweeps(ctx, 2);
     return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }
@@ -11003,7 +11069,17 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 1883 \"springls.h\"\n",
+    "\n",
+    "/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it\n",
+    "   becomes there, else itself. */\n",
+    "SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)\n",
+    "{\n",
+    "    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
+    "    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
+    "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
+    "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
+    "}\n",
+    "#line 1893 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -11184,7 +11260,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 2065 \"springls.h\"\n",
+    "#line 2075 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -11324,7 +11400,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2206 \"springls.h\"\n",
+    "#line 2216 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11350,7 +11426,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2233 \"springls.h\"\n",
+    "#line 2243 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

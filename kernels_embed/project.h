@@ -120,3 +120,13 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
 }
+
+/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it
+   becomes there, else itself. */
+SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)
+{
+    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
+    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+    if (v.c >= 0.0f && hi < 0.0f) return hi;
+    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;
+}

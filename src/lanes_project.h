@@ -110,7 +110,34 @@ SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float 
     }
 }
 
+/* springls__without_speck; true when there was one. */
+SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
+        springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+        springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vmask_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
+}
+
 #else
+
+SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i++) {
+        out[i] = springls__without_speck(springls__tile_cross(phi + i));
+        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
+    }
+    return some;
+}
 
 SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
 {

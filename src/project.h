@@ -256,6 +256,31 @@ SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doub
     ctx->omega_fresh = false;
 }
 
+/* Single voxels of the other side go, but those that a thin sheet has inside. */
+SPRINGLS__FN void springls__specks_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const springls__grid *g = &ctx->grid;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int x, y, z, o[3];
+    for (; begin < end; begin++) {
+        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
+        springls__slot_origin(g, g->active[begin], o);
+        springls__load_tile(g, g->phi, g->active[begin], tile);
+        for (z = 0; z < 8; z++)
+            for (y = 0; y < 8; y++) {
+                const float *phi = tile + springls__tile_index(0, y, z);
+                float *row = out + 8 * y + 64 * z;
+                if (!springls__specks_row(phi, row) || !ctx->params.nucleate) continue;
+                for (x = 0; x < 8; x++) {
+                    springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));
+                    int i = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(ctx, at, SPRINGLS__PROJECT_RADIUS) : -1;
+                    if (i >= 0 && springls__in_sheet(ctx, at, springls__springl_normal(&ctx->set.s[i]))) row[x] = phi[x];
+                }
+            }
+    }
+}
+
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     springls__project_job job;
@@ -277,6 +302,10 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         springls__phi_in_step(ctx);
     }
     springls__commit_phi(ctx, carry ? job.most_moved : 0.5f);
+    if (carry && ctx->params.topology == SPRINGLS_TOPOLOGY_FREE) {
+        springls__parallel(ctx, ctx->grid.active_count, 8, springls__specks_task, ctx);
+        springls__swap_phi(&ctx->grid);
+    }
     springls__redistance_sweeps(ctx, 2);
     return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }

@@ -36,7 +36,7 @@ static const struct member members[] = {
     WHOLE(placement),        REAL(band_half_width),    REAL(capture),
     WHOLE(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
     REAL(curvature),         WHOLE(predict),           WHOLE(project_level_set), WHOLE(nucleate),
-    WHOLE(keep_edges),       WHOLE(fill_from_springls), WHOLE(topology),
+    WHOLE(keep_thin),        WHOLE(keep_edges),        WHOLE(fill_from_springls), WHOLE(topology),
     REAL(nearest_rule),      WHOLE(track_iterations),  REAL(track_step),
     WHOLE(vertex_velocity),  WHOLE(half_time_sampling), WHOLE(initial_stride),
     WHOLE(project_initial),   WHOLE(volume_lock),
