@@ -120,7 +120,8 @@
         _set_springls. Each replaces the model and makes it its own reference: a = p.
      4. Fill a springls_forces: callbacks that answer for a batch of points, or sampled grids. Speeds are voxels a unit
         of time, points are voxel coordinates.
-     5. Fill a springls_step_desc: forces, mode, dt. With dt = 0 a step is as long as max_displacement (d_max) allows.
+     5. Fill a springls_step_desc: forces, mode, dt, max_displacement = 2: then dt may be as long as you like, and is cut
+        into sub-steps of two voxels. With dt = 0 a step is as long as max_displacement (d_max) allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
      7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
         springls_measure ...
@@ -153,14 +154,15 @@
      evolve_iterations > 0 it follows. After a step further than the band, phi is made afresh (unsigned_to_signed).
      project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
      springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
-     reach stay outside. Springls with the inside before them, left where bodies have met, go.
+     reach stay outside. Springls with the inside before them, left where bodies have met, go; so does a single voxel of the
+     other side, unless topology is PRESERVED or a thin sheet has it.
      resample_last = 1: contract and resample come when phi has followed, and the second relax is left out.
      Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
      keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
      nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
      fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
-     they span; the zero level's triangles follow only where no springl is within 1.5 voxels, not d_max. A wide hole then takes
-     a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
+     they span; the zero level's triangles follow only where no springl is within 0.75 voxels, at sheets 1.5, not d_max. A wide hole
+     then takes a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
      keep_edges = 1: springls at a crease are turned into their own side of it before phi follows (keep_edges), and project,
      split and fill ask each side by itself: see SHARP EDGES.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
@@ -233,7 +235,7 @@
 
    SHARP EDGES
 
-   With keep_edges = 1 an edge stays an edge where springls about it fall into sides: groups of normals 50 degrees or more
+   With keep_edges = 1 an edge that a model has when it is set stays an edge, where springls about it fall into sides: groups of normals 50 degrees or more
    apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
    of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
    smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
@@ -786,7 +788,8 @@ typedef struct springls_step_desc {
     springls_mode mode;
     float dt;               /* time to advance; 0: one step in which the fastest particle moves max_displacement */
     float max_displacement; /* voxels; dt is cut into sub-steps in which no particle goes further, adapted to the
-                               force as it changes; 0: never cut (d_max when dt is 0)                           */
+                               force as it changes; 2 suits the default set, 1.3 where accuracy counts most,
+                               0.5 the paper's; 0: never cut (d_max when dt is 0)                               */
     bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
     bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
     bool stop_at_rest;      /* springls_run ends, with OK, after a step in which at most one springl in a thousand
@@ -10134,7 +10137,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 933 \"springls.h\"\n",
+    "#line 936 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -10171,7 +10174,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 971 \"springls.h\"\n",
+    "#line 974 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -10307,7 +10310,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1108 \"springls.h\"\n",
+    "#line 1111 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -10374,7 +10377,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1176 \"springls.h\"\n",
+    "#line 1179 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -10407,7 +10410,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1210 \"springls.h\"\n",
+    "#line 1213 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -10505,7 +10508,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1309 \"springls.h\"\n",
+    "#line 1312 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -10557,7 +10560,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1362 \"springls.h\"\n",
+    "#line 1365 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -10589,7 +10592,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1395 \"springls.h\"\n",
+    "#line 1398 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -10717,7 +10720,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1524 \"springls.h\"\n",
+    "#line 1527 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -10725,7 +10728,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1533 \"springls.h\"\n",
+    "#line 1536 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -10778,7 +10781,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1587 \"springls.h\"\n",
+    "#line 1590 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -10788,7 +10791,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1598 \"springls.h\"\n",
+    "#line 1601 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -10821,7 +10824,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1632 \"springls.h\"\n",
+    "#line 1635 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -10876,7 +10879,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1688 \"springls.h\"\n",
+    "#line 1691 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -10946,7 +10949,7 @@ static const char *const springls__kernel_lines[] = {
     "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1759 \"springls.h\"\n",
+    "#line 1762 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -11079,7 +11082,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 1893 \"springls.h\"\n",
+    "#line 1896 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -11260,7 +11263,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 2075 \"springls.h\"\n",
+    "#line 2078 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -11400,7 +11403,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2216 \"springls.h\"\n",
+    "#line 2219 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11426,7 +11429,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2243 \"springls.h\"\n",
+    "#line 2246 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

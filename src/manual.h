@@ -47,7 +47,8 @@
         _set_springls. Each replaces the model and makes it its own reference: a = p.
      4. Fill a springls_forces: callbacks that answer for a batch of points, or sampled grids. Speeds are voxels a unit
         of time, points are voxel coordinates.
-     5. Fill a springls_step_desc: forces, mode, dt. With dt = 0 a step is as long as max_displacement (d_max) allows.
+     5. Fill a springls_step_desc: forces, mode, dt, max_displacement = 2: then dt may be as long as you like, and is cut
+        into sub-steps of two voxels. With dt = 0 a step is as long as max_displacement (d_max) allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
      7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
         springls_measure ...
@@ -80,14 +81,15 @@
      evolve_iterations > 0 it follows. After a step further than the band, phi is made afresh (unsigned_to_signed).
      project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
      springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
-     reach stay outside. Springls with the inside before them, left where bodies have met, go.
+     reach stay outside. Springls with the inside before them, left where bodies have met, go; so does a single voxel of the
+     other side, unless topology is PRESERVED or a thin sheet has it.
      resample_last = 1: contract and resample come when phi has followed, and the second relax is left out.
      Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
      keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
      nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
      fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
-     they span; the zero level's triangles follow only where no springl is within 1.5 voxels, not d_max. A wide hole then takes
-     a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
+     they span; the zero level's triangles follow only where no springl is within 0.75 voxels, at sheets 1.5, not d_max. A wide hole
+     then takes a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
      keep_edges = 1: springls at a crease are turned into their own side of it before phi follows (keep_edges), and project,
      split and fill ask each side by itself: see SHARP EDGES.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
@@ -160,7 +162,7 @@
 
    SHARP EDGES
 
-   With keep_edges = 1 an edge stays an edge where springls about it fall into sides: groups of normals 50 degrees or more
+   With keep_edges = 1 an edge that a model has when it is set stays an edge, where springls about it fall into sides: groups of normals 50 degrees or more
    apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
    of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
    smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a

@@ -2,6 +2,7 @@
  * to hold and to run on two threads. One process at a time.
  *
  *   GRID=64 make bench      another grid than 128^3
+ *   FULL=1 make bench       LeVeque's test on 512^3 and steps on 1024^3 as well: minutes, and 2 GiB
  *   CC=clang make bench     the compiler of the compile-time rows
  *
  * Prints tables; build/bench/bench.json has the same numbers and every program's own JSON. */
@@ -15,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { METHODS = 3, MEMORY_ROWS = 3, MOST_RUNS = 16 };
+enum { METHODS = 3, MEMORY_ROWS = 3, MOST_RUNS = 32 };
 
 /* What the tables' column "wanted" says. */
 static const double implementation_seconds = 4.0; /* of a program's build, once: nobody should mind waiting for it */
@@ -92,6 +93,95 @@ static void compare_on(struct bench *bench, const char *problem, const char *len
     }
     table_print(&table, stdout);
     printf("\n");
+    fflush(stdout);
+}
+
+/* ---- the default parameters on other grids and longer ways ---- */
+
+struct problem {
+    int grid;
+    const char *period, *steps; /* NULL: as many as two voxels a step make */
+    bool full;
+};
+
+static const struct problem problems[] = {
+    {64, "2.5", NULL, false}, {64, "4", NULL, false},   {100, "1.6", NULL, false}, {128, "2.5", NULL, false}, {128, "3", NULL, false},
+    {200, "1.6", NULL, false}, {256, "2.5", NULL, false}, {512, "2.5", NULL, true},
+};
+
+static void default_problems(struct bench *bench, bool full)
+{
+    static struct table table;
+    table_begin(&table);
+    table_row(&table, "leveque, default parameters, 2 threads|deformation mean / max|tracking mean / max|halfway mean / max|surface mean / max|"
+                      "volume change|parts, Euler|springls|steps|time|peak memory");
+    for (size_t i = 0; i < sizeof problems / sizeof *problems; ++i) {
+        const struct problem *p = &problems[i];
+        if (p->full && !full) {
+            continue;
+        }
+        struct run *run = new_run(bench, "leveque_beyond", (int)i);
+        run_command(run, "build/leveque --grid %d --period %s --params default --threads 2 --quiet --json -", p->grid, p->period);
+        execute(run);
+#define PAIR(name) cell2("%.4f / %.2f", run_number(run, name "_mean"), run_number(run, name "_max"))
+        table_row(&table, "%d^3, period %s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", p->grid, p->period, PAIR("deformation"), PAIR("tracking"),
+                  PAIR("halfway"), PAIR("surface"), run_cell(run, "%+.3f %%", "volume_change_percent"),
+                  cell2("%.0f, %.0f", run_number(run, "components"), run_number(run, "euler")), run_cell(run, "%.0f", "springls_mean"),
+                  run_cell(run, "%.0f", "steps"), run_cell(run, "%.1f s", "seconds_total"), run_cell(run, "%.0f MiB", "peak_rss_mib"));
+#undef PAIR
+    }
+    table_print(&table, stdout);
+    printf("\n");
+    fflush(stdout);
+}
+
+/* ---- where the time goes ---- */
+
+/* Bytes a second that a = b + s c moves, of arrays that no cache holds. */
+static double triad_bandwidth(void)
+{
+    enum { COUNT = 16 * 1024 * 1024, TIMES = 5 };
+    float *a = malloc(COUNT * sizeof *a), *b = malloc(COUNT * sizeof *b), *c = malloc(COUNT * sizeof *c);
+    double best = INFINITY;
+    if (a && b && c) {
+        for (int i = 0; i < COUNT; ++i) {
+            a[i] = 0.0f;
+            b[i] = 1.0f;
+            c[i] = (float)i;
+        }
+        for (int k = 0; k < TIMES; ++k) {
+            const double start = elapsed_seconds();
+            for (int i = 0; i < COUNT; ++i) {
+                a[i] = b[i] + 0.5f * c[i];
+            }
+            best = fmin(best, elapsed_seconds() - start);
+        }
+    }
+    const double sum = a ? (double)a[COUNT / 2] : 0.0;
+    free(a), free(b), free(c);
+    return sum > 0.0 ? 3.0 * COUNT * sizeof(float) / best : NAN;
+}
+
+static void stages(const struct run *run)
+{
+    static const char *const names[] = {"advect", "relax", "contract", "resample", "project", "keep_edges", "fill_gaps"};
+    static struct table table;
+    const double steps = run_number(run, "steps"), springls = run_number(run, "springls_mean"), all = run_number(run, "seconds_total");
+    const double bandwidth = triad_bandwidth(), model = run_number(run, "model_mib") * 1048576.0;
+    table_begin(&table);
+    table_row(&table, "a step of leveque, default parameters, one thread|ms|ns a springl|share");
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
+        char key[40];
+        snprintf(key, sizeof key, "seconds_stage.%s", names[i]);
+        const double seconds = run_number(run, key);
+        table_row(&table, "%s|%s|%s|%s", names[i], cell("%.3f", 1e3 * seconds / steps), cell("%.0f", 1e9 * seconds / steps / springls),
+                  cell("%.0f %%", 100.0 * seconds / all));
+    }
+    table_row(&table, "all|%s|%s|", cell("%.3f", 1e3 * all / steps), cell("%.0f", 1e9 * all / steps / springls));
+    table_print(&table, stdout);
+    printf("Once through the whole model, %.1f MiB, at this machine's %.1f GB/s (triad) would be %.2f ms: a step is %.0f %% of what\n"
+           "memory allows. The model fits the caches: arithmetic and latency set the time.\n\n", model / 1048576.0, 1e-9 * bandwidth,
+           1e3 * model / bandwidth, 100.0 * model / bandwidth / (all / steps));
     fflush(stdout);
 }
 
@@ -217,7 +307,10 @@ int main(void)
     const int leveque = bench.run_count;
     compare_on(&bench, "leveque", "2.5");
     compare_on(&bench, "zalesak", "1");
+    stages(&bench.runs[leveque + 1]);
     threads(&bench, &bench.runs[leveque + 1]);
+    printf("\n");
+    default_problems(&bench, getenv("FULL") && getenv("FULL")[0] == '1');
     for (int i = 0; i < bench.run_count; ++i) {
         failures += bench.runs[i].json == NULL;
     }
