@@ -2730,6 +2730,9 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(keep_thin, 0, 1);
+    SPRINGLS__IN(relax_same_side, 0, 1);
+    SPRINGLS__IN(reshape, 0, 1);
+    SPRINGLS__IN(resample_last, 0, 1);
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
@@ -2740,7 +2743,14 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
+    SPRINGLS__IN(predict, 0, 1);
+    SPRINGLS__IN(project_level_set, 0, 1);
     SPRINGLS__IN(nucleate, 0, 1);
+    SPRINGLS__IN(keep_edges, 0, 1);
+    SPRINGLS__IN(vertex_velocity, 0, 1);
+    SPRINGLS__IN(half_time_sampling, 0, 1);
+    SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);
@@ -2848,11 +2858,23 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
     return count - n;
 }
 
+/* Does springl i lie at a sharp edge that is to be kept? */
+SPRINGLS__FN bool springls__at_edge(const springls_context *ctx, int i) { return ctx->params.keep_edges && ctx->set.edge[i]; }
+
 /* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
 SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
 {
     int i;
     for (i = 0; i < ctx->set.count; i++) ctx->set.was[i] = ctx->set.s[i].p;
+}
+
+/* The longest way of any particle since then, voxels. */
+SPRINGLS__FN float springls__way_since_phi(const springls_context *ctx)
+{
+    float way2 = 0.0f;
+    int i;
+    for (i = 0; i < ctx->set.count; i++) way2 = springls__max(way2, springls__length2(springls__sub(ctx->set.s[i].p, ctx->set.was[i])));
+    return springls__sqrt(way2);
 }
 
 /* To be called after anything that moves springls. */
@@ -3375,9 +3397,9 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
             reach = springls__cells_reach(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
         } else {
             springls__v3 p = ctx->set.s[ctx->cells.large[i - g->active_count]].p;
-            o[0] = springls__cell_coordinate(p.x, g->size[0]);
-            o[1] = springls__cell_coordinate(p.y, g->size[1]);
-            o[2] = springls__cell_coordinate(p.z, g->size[2]);
+            o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;
+            o[1] = springls__cell_coordinate(p.y, g->size[1]) & ~7;
+            o[2] = springls__cell_coordinate(p.z, g->size[2]) & ~7;
         }
         for (d = 0; d < 27 && reach; d++) {
             int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);
@@ -5070,7 +5092,7 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
-        if (ctx->set.edge[other]) return false; /* beyond a sharp edge it would look the same */
+        if (springls__at_edge(ctx, other)) return false; /* beyond a sharp edge it would look the same */
         m = springls__springl_normal(&ctx->set.s[other]);
         if (springls__is_far_side(d, n, m)) return true;
         beside += springls__is_beside(d, n, m);
@@ -5546,7 +5568,10 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->set.s[begin];
-        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s, &ctx->set.edge[begin])) ctx->set.a[begin] = s->p;
+        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s, &ctx->set.edge[begin])) {
+            ctx->set.a[begin] = s->p;
+            ctx->set.was[begin] = s->p;
+        }
     }
 }
 
@@ -5973,10 +5998,10 @@ SPRINGLS__FN void springls__evolve_task(void *arg, int begin, int end)
     }
 }
 
-/* phi_next, in which the front has moved by up to `voxels`, becomes phi; where topology is preserved, only as far as it may. */
-SPRINGLS__FN void springls__commit_phi(springls_context *ctx, float voxels)
+/* phi_next becomes phi; where topology is preserved, only as far as it may, a voxel a pass. */
+SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 {
-    if (ctx->params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, 1 + (int)voxels);
+    if (ctx->params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
     springls__swap_phi(&ctx->grid);
 }
 
@@ -5984,7 +6009,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__omega_build(ctx));
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__evolve_task, ctx);
-    springls__commit_phi(ctx, 0.9f);
+    springls__commit_phi(ctx, 1);
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
@@ -6129,7 +6154,7 @@ SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
         o->p = ctx->set.s[i].p;
         o->n = springls__springl_normal(&ctx->set.s[i]);
         o->moved = springls__sub(o->p, ctx->set.was[i]);
-        o->edge = ctx->params.keep_edges && ctx->set.edge[i];
+        o->edge = springls__at_edge(ctx, (int)i);
     }
 }
 
@@ -6341,11 +6366,13 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 /* The flood needs a third field: omega lends its memory, which is taken afresh when it is next asked for. */
 SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doubt)
 {
-    const int voxels = 3; /* from what a springl reaches to what it may have passed */
+    const int voxels = 3; /* from what a springl reaches to what it may have passed; it goes no further than far_value */
     const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
     springls__grid *g = &ctx->grid;
     springls__settle_job job;
-    int i;
+    int i, some = 0;
+    for (i = 0; i < g->active_count; i++) some += in_doubt[i];
+    if (some == 0) return;
     springls__fill(g->omega, SPRINGLS__OUTSIDE, g->far_value);
     springls__fill(g->omega, SPRINGLS__INSIDE, -g->far_value);
     for (i = 0; i < voxels; i++) {
@@ -6391,7 +6418,6 @@ SPRINGLS__FN void springls__specks_task(void *arg, int begin, int end)
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     springls__project_job job;
-    int i;
     SPRINGLS__TRY(springls__cells_cover_around(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->grid.active_count, 1, (void **)&job.in_doubt));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof *job.oriented, (void **)&job.oriented));
@@ -6400,15 +6426,13 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     job.in_cells = job.count - ctx->cells.large_count;
     job.carry = carry;
     springls__parallel(ctx, job.count, 256, springls__oriented_task, &job);
-    job.most_moved = 0.0f;
-    for (i = 0; i < job.count; i++) job.most_moved = springls__max(job.most_moved, springls__length2(job.oriented[i].moved));
-    job.most_moved = springls__sqrt(job.most_moved);
+    job.most_moved = springls__way_since_phi(ctx);
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, &job);
     if (carry) {
         springls__settle(ctx, job.in_doubt);
         springls__phi_in_step(ctx);
     }
-    springls__commit_phi(ctx, carry ? job.most_moved : 0.5f);
+    springls__commit_phi(ctx, carry ? 1 + (int)springls__min(job.most_moved, ctx->grid.far_value) : 1);
     if (carry && ctx->params.topology == SPRINGLS_TOPOLOGY_FREE) {
         springls__parallel(ctx, ctx->grid.active_count, 8, springls__specks_task, ctx);
         springls__swap_phi(&ctx->grid);
@@ -6477,7 +6501,7 @@ SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, i
     springls__fit_result fit;
     springls__seed seed;
     memset(&seed, 0, sizeof seed);
-    if (opening.angle <= widest || ctx->set.edge[i]) return seed; /* a side opens at its edge */
+    if (opening.angle <= widest || springls__at_edge(ctx, i)) return seed; /* a side opens at its edge */
     x = springls__mad(s->p, opening.middle, away);
     if (!springls__has_room(ctx, x, n)) return seed;
     fit = springls__fit_at(ctx, x, n, ctx->set.a[i], ctx->set.count);
@@ -6500,7 +6524,7 @@ SPRINGLS__FN void springls__seed_task(void *arg, int begin, int end)
     for (; begin < end; begin++) job->seeds[begin] = springls__seed_beside(job->ctx, begin);
 }
 
-/* The accepted seeds, chained by brick: last[brick] and before[seed] are seeds or -1. */
+/* The accepted seeds, chained by slot: last[slot] and before[seed] are seeds or -1. */
 typedef struct springls__accepted { const springls__seed *seeds; int *last, *before; } springls__accepted;
 
 SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
@@ -6513,7 +6537,7 @@ SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const spr
     for (z = lo[2]; z <= hi[2]; z++)
         for (y = lo[1]; y <= hi[1]; y++)
             for (x = lo[0]; x <= hi[0]; x++)
-                for (other = accepted->last[x + g->bricks[0] * (y + g->bricks[1] * z)]; other >= 0; other = accepted->before[other])
+                for (other = accepted->last[g->top[x + g->bricks[0] * (y + g->bricks[1] * z)]]; other >= 0; other = accepted->before[other])
                     if (springls__too_close(seed->p, seed->n, accepted->seeds[other].p, accepted->seeds[other].n)) return false;
     return true;
 }
@@ -6536,14 +6560,14 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
     const springls__grid *g = &ctx->grid;
     springls__seed_job job;
     springls__accepted accepted;
-    int i, count = ctx->set.count, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], n = 0, room, lo[3], hi[3];
+    int i, count = ctx->set.count, n = 0, room, lo[3], hi[3];
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof *job.seeds, (void **)&job.seeds));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&accepted.last));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->slot_count, sizeof(int), (void **)&accepted.last));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, sizeof(int), (void **)&accepted.before));
     job.ctx = ctx;
     springls__parallel(ctx, count, 64, springls__seed_task, &job);
-    for (i = 0; i < bricks; i++) accepted.last[i] = -1;
+    for (i = 0; i < g->slot_count; i++) accepted.last[i] = -1;
     accepted.seeds = job.seeds;
     for (i = 0; i < count; i++) {
         int *last;
@@ -6551,7 +6575,7 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
         job.seeds[i].ok = springls__seed_has_room(ctx, &accepted, i);
         if (!job.seeds[i].ok) continue;
         springls__box_bricks(g, job.seeds[i].p, 0.0f, lo, hi);
-        last = &accepted.last[lo[0] + g->bricks[0] * (lo[1] + g->bricks[1] * lo[2])];
+        last = &accepted.last[g->top[lo[0] + g->bricks[0] * (lo[1] + g->bricks[1] * lo[2])]];
         accepted.before[i] = *last;
         *last = i;
         n++;
@@ -6716,6 +6740,7 @@ SPRINGLS__FN void springls__adopt_task(void *arg, int begin, int end)
             }
         }
         ctx->set.a[i] = springls__project_on_original(ctx, a);
+        ctx->set.was[i] = s->p; /* it has been placed, not moved */
     }
 }
 
@@ -7634,7 +7659,7 @@ SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__par
     job.parts = parts;
     for (i = 0; i < iterations && springls__choose_offsets(parts, k); i++) {
         springls__parallel(ctx, ctx->grid.active_count, 16, springls__offset_phi_task, &job);
-        springls__commit_phi(ctx, 0.5f);
+        springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->set.count, 512, springls__offset_springls_task, &job);
         springls__measure_parts(&ctx->grid, parts);
     }
@@ -7697,7 +7722,7 @@ SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool on
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
-    if (ctx->params.predict && ctx->stats.moved > ctx->grid.far_value) /* too far to be carried */
+    if (ctx->params.predict && springls__way_since_phi(ctx) > ctx->grid.far_value) /* too far to be carried */
         SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
     SPRINGLS__TRY(springls__follow(ctx));
     if (!resample) return SPRINGLS_OK;
@@ -7729,21 +7754,27 @@ SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const
     return ctx->params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
 }
 
-/* One step of at most *dt, in which no particle goes further than `most` voxels (0: any way); *dt becomes the time that has
-   passed. A force may be stronger during the step than at its start: then a shorter one is tried. */
-SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float most, float *dt, float *moved)
+/* One step of at most *dt, in which no particle goes further than `longest` voxels (0: any way); *dt becomes the time that has
+   passed. A force may be stronger during the step than at its start: then a shorter one is tried, a little shorter than would
+   do if the force were even, and at last any way is allowed. */
+SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float longest, float *dt, float *moved)
 {
+    enum { TRIES = 40 };
     springls_status status = SPRINGLS_OK;
     double started;
     int tries;
-    if (!ctx->params.volume_lock) ctx->locked_count = 0;
-    else if (ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
+    if (!ctx->params.volume_lock) {
+        ctx->locked_count = 0;
+        ctx->stats.volume_correction = 0.0f;
+    }
+    if (ctx->params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && springls__resample_due(ctx, ctx->iteration + 1)) springls__sample_phi(ctx);
-    for (tries = 0; tries < 40; tries++) {
-        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
-        if (status != SPRINGLS_OK || most == 0.0f || *moved <= most) break;
-        *dt *= springls__max(0.95f * most / *moved, 0.1f);
+    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
+        springls__sample_phi(ctx); /* for contract */
+    for (tries = 1; tries <= TRIES; tries++) {
+        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < TRIES ? longest : 0.0f, moved);
+        if (status != SPRINGLS_OK || longest == 0.0f || *moved <= longest) break;
+        *dt *= springls__max(0.95f * longest / *moved, 0.1f);
     }
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
@@ -7753,17 +7784,22 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     return springls__after_advect(ctx, step);
 }
 
+enum { SPRINGLS__MOST_PARTS = 10000 };
+
 /* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
 SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
 {
-    const float most = step->max_displacement * 1.0001f, growth = 1.5f;
+    const float longest = step->max_displacement, growth = 1.5f;
     const double end = ctx->time + (double)step->dt;
     float left = step->dt, moved;
-    while (left > 1e-6f * step->dt) {
-        float parts = springls__floor(left / dt * 0.9999f) + 1.0f, taken = left / parts;
-        SPRINGLS__TRY(springls__substep(ctx, step, most, &taken, &moved));
+    int parts;
+    for (parts = 0; left > 1e-6f * step->dt; parts++) {
+        float taken = left / (springls__floor(left / dt * 0.9999f) + 1.0f);
+        if (parts == SPRINGLS__MOST_PARTS)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
+        SPRINGLS__TRY(springls__substep(ctx, step, longest * 1.0001f, &taken, &moved));
         left = (float)(end - ctx->time);
-        dt = taken * springls__min(step->max_displacement / springls__max(moved, 1e-6f), growth);
+        dt = taken * (growth * moved > longest ? longest / moved : growth);
     }
     ctx->time = end;
     return SPRINGLS_OK;
@@ -7771,11 +7807,12 @@ SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const spr
 
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {
-    const float most = 10000.0f;
     float speed, limit, dt, moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
@@ -7787,8 +7824,8 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
         dt = speed > 1e-6f ? limit / speed : 0.0f;
         return springls__substep(ctx, step, 0.0f, &dt, &moved);
     }
-    if (!(speed * dt <= most * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %.0f sub-steps of max_displacement", (double)most);
+    if (!(speed * dt <= (float)SPRINGLS__MOST_PARTS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
     return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
 }
 

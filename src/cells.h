@@ -131,9 +131,9 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
             reach = springls__cells_reach(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
         } else {
             springls__v3 p = ctx->set.s[ctx->cells.large[i - g->active_count]].p;
-            o[0] = springls__cell_coordinate(p.x, g->size[0]);
-            o[1] = springls__cell_coordinate(p.y, g->size[1]);
-            o[2] = springls__cell_coordinate(p.z, g->size[2]);
+            o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;
+            o[1] = springls__cell_coordinate(p.y, g->size[1]) & ~7;
+            o[2] = springls__cell_coordinate(p.z, g->size[2]) & ~7;
         }
         for (d = 0; d < 27 && reach; d++) {
             int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);

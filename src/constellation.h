@@ -94,11 +94,23 @@ SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const ui
     return count - n;
 }
 
+/* Does springl i lie at a sharp edge that is to be kept? */
+SPRINGLS__FN bool springls__at_edge(const springls_context *ctx, int i) { return ctx->params.keep_edges && ctx->set.edge[i]; }
+
 /* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
 SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
 {
     int i;
     for (i = 0; i < ctx->set.count; i++) ctx->set.was[i] = ctx->set.s[i].p;
+}
+
+/* The longest way of any particle since then, voxels. */
+SPRINGLS__FN float springls__way_since_phi(const springls_context *ctx)
+{
+    float way2 = 0.0f;
+    int i;
+    for (i = 0; i < ctx->set.count; i++) way2 = springls__max(way2, springls__length2(springls__sub(ctx->set.s[i].p, ctx->set.was[i])));
+    return springls__sqrt(way2);
 }
 
 /* To be called after anything that moves springls. */

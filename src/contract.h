@@ -39,7 +39,7 @@ SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
-        if (ctx->set.edge[other]) return false; /* beyond a sharp edge it would look the same */
+        if (springls__at_edge(ctx, other)) return false; /* beyond a sharp edge it would look the same */
         m = springls__springl_normal(&ctx->set.s[other]);
         if (springls__is_far_side(d, n, m)) return true;
         beside += springls__is_beside(d, n, m);

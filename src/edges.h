@@ -351,7 +351,10 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->set.s[begin];
-        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s, &ctx->set.edge[begin])) ctx->set.a[begin] = s->p;
+        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s, &ctx->set.edge[begin])) {
+            ctx->set.a[begin] = s->p;
+            ctx->set.was[begin] = s->p;
+        }
     }
 }
 

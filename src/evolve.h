@@ -29,10 +29,10 @@ SPRINGLS__FN void springls__evolve_task(void *arg, int begin, int end)
     }
 }
 
-/* phi_next, in which the front has moved by up to `voxels`, becomes phi; where topology is preserved, only as far as it may. */
-SPRINGLS__FN void springls__commit_phi(springls_context *ctx, float voxels)
+/* phi_next becomes phi; where topology is preserved, only as far as it may, a voxel a pass. */
+SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 {
-    if (ctx->params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, 1 + (int)voxels);
+    if (ctx->params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
     springls__swap_phi(&ctx->grid);
 }
 
@@ -40,7 +40,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__omega_build(ctx));
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__evolve_task, ctx);
-    springls__commit_phi(ctx, 0.9f);
+    springls__commit_phi(ctx, 1);
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }

@@ -54,7 +54,7 @@ SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, i
     springls__fit_result fit;
     springls__seed seed;
     memset(&seed, 0, sizeof seed);
-    if (opening.angle <= widest || ctx->set.edge[i]) return seed; /* a side opens at its edge */
+    if (opening.angle <= widest || springls__at_edge(ctx, i)) return seed; /* a side opens at its edge */
     x = springls__mad(s->p, opening.middle, away);
     if (!springls__has_room(ctx, x, n)) return seed;
     fit = springls__fit_at(ctx, x, n, ctx->set.a[i], ctx->set.count);
@@ -77,7 +77,7 @@ SPRINGLS__FN void springls__seed_task(void *arg, int begin, int end)
     for (; begin < end; begin++) job->seeds[begin] = springls__seed_beside(job->ctx, begin);
 }
 
-/* The accepted seeds, chained by brick: last[brick] and before[seed] are seeds or -1. */
+/* The accepted seeds, chained by slot: last[slot] and before[seed] are seeds or -1. */
 typedef struct springls__accepted { const springls__seed *seeds; int *last, *before; } springls__accepted;
 
 SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
@@ -90,7 +90,7 @@ SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const spr
     for (z = lo[2]; z <= hi[2]; z++)
         for (y = lo[1]; y <= hi[1]; y++)
             for (x = lo[0]; x <= hi[0]; x++)
-                for (other = accepted->last[x + g->bricks[0] * (y + g->bricks[1] * z)]; other >= 0; other = accepted->before[other])
+                for (other = accepted->last[g->top[x + g->bricks[0] * (y + g->bricks[1] * z)]]; other >= 0; other = accepted->before[other])
                     if (springls__too_close(seed->p, seed->n, accepted->seeds[other].p, accepted->seeds[other].n)) return false;
     return true;
 }
@@ -113,14 +113,14 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
     const springls__grid *g = &ctx->grid;
     springls__seed_job job;
     springls__accepted accepted;
-    int i, count = ctx->set.count, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], n = 0, room, lo[3], hi[3];
+    int i, count = ctx->set.count, n = 0, room, lo[3], hi[3];
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof *job.seeds, (void **)&job.seeds));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&accepted.last));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->slot_count, sizeof(int), (void **)&accepted.last));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, sizeof(int), (void **)&accepted.before));
     job.ctx = ctx;
     springls__parallel(ctx, count, 64, springls__seed_task, &job);
-    for (i = 0; i < bricks; i++) accepted.last[i] = -1;
+    for (i = 0; i < g->slot_count; i++) accepted.last[i] = -1;
     accepted.seeds = job.seeds;
     for (i = 0; i < count; i++) {
         int *last;
@@ -128,7 +128,7 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
         job.seeds[i].ok = springls__seed_has_room(ctx, &accepted, i);
         if (!job.seeds[i].ok) continue;
         springls__box_bricks(g, job.seeds[i].p, 0.0f, lo, hi);
-        last = &accepted.last[lo[0] + g->bricks[0] * (lo[1] + g->bricks[1] * lo[2])];
+        last = &accepted.last[g->top[lo[0] + g->bricks[0] * (lo[1] + g->bricks[1] * lo[2])]];
         accepted.before[i] = *last;
         *last = i;
         n++;

@@ -143,6 +143,7 @@ SPRINGLS__FN void springls__adopt_task(void *arg, int begin, int end)
             }
         }
         ctx->set.a[i] = springls__project_on_original(ctx, a);
+        ctx->set.was[i] = s->p; /* it has been placed, not moved */
     }
 }
 

@@ -107,6 +107,9 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(min_area, 0.0f, 10.0f);
     SPRINGLS__IN(merge_distance, 0.0f, 4.0f);
     SPRINGLS__IN(keep_thin, 0, 1);
+    SPRINGLS__IN(relax_same_side, 0, 1);
+    SPRINGLS__IN(reshape, 0, 1);
+    SPRINGLS__IN(resample_last, 0, 1);
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
@@ -117,7 +120,14 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
+    SPRINGLS__IN(predict, 0, 1);
+    SPRINGLS__IN(project_level_set, 0, 1);
     SPRINGLS__IN(nucleate, 0, 1);
+    SPRINGLS__IN(keep_edges, 0, 1);
+    SPRINGLS__IN(vertex_velocity, 0, 1);
+    SPRINGLS__IN(half_time_sampling, 0, 1);
+    SPRINGLS__IN(volume_lock, 0, 1);
+    SPRINGLS__IN(project_initial, 0, 1);
     SPRINGLS__IN(fill_from_springls, 0, 1);
     SPRINGLS__IN(topology, SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED);
     SPRINGLS__IN(nearest_rule, 0.0f, 1e6f);

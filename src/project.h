@@ -22,7 +22,7 @@ SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
         o->p = ctx->set.s[i].p;
         o->n = springls__springl_normal(&ctx->set.s[i]);
         o->moved = springls__sub(o->p, ctx->set.was[i]);
-        o->edge = ctx->params.keep_edges && ctx->set.edge[i];
+        o->edge = springls__at_edge(ctx, (int)i);
     }
 }
 
@@ -234,11 +234,13 @@ SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
 /* The flood needs a third field: omega lends its memory, which is taken afresh when it is next asked for. */
 SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doubt)
 {
-    const int voxels = 3; /* from what a springl reaches to what it may have passed */
+    const int voxels = 3; /* from what a springl reaches to what it may have passed; it goes no further than far_value */
     const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
     springls__grid *g = &ctx->grid;
     springls__settle_job job;
-    int i;
+    int i, some = 0;
+    for (i = 0; i < g->active_count; i++) some += in_doubt[i];
+    if (some == 0) return;
     springls__fill(g->omega, SPRINGLS__OUTSIDE, g->far_value);
     springls__fill(g->omega, SPRINGLS__INSIDE, -g->far_value);
     for (i = 0; i < voxels; i++) {
@@ -284,7 +286,6 @@ SPRINGLS__FN void springls__specks_task(void *arg, int begin, int end)
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     springls__project_job job;
-    int i;
     SPRINGLS__TRY(springls__cells_cover_around(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->grid.active_count, 1, (void **)&job.in_doubt));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof *job.oriented, (void **)&job.oriented));
@@ -293,15 +294,13 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     job.in_cells = job.count - ctx->cells.large_count;
     job.carry = carry;
     springls__parallel(ctx, job.count, 256, springls__oriented_task, &job);
-    job.most_moved = 0.0f;
-    for (i = 0; i < job.count; i++) job.most_moved = springls__max(job.most_moved, springls__length2(job.oriented[i].moved));
-    job.most_moved = springls__sqrt(job.most_moved);
+    job.most_moved = springls__way_since_phi(ctx);
     springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, &job);
     if (carry) {
         springls__settle(ctx, job.in_doubt);
         springls__phi_in_step(ctx);
     }
-    springls__commit_phi(ctx, carry ? job.most_moved : 0.5f);
+    springls__commit_phi(ctx, carry ? 1 + (int)springls__min(job.most_moved, ctx->grid.far_value) : 1);
     if (carry && ctx->params.topology == SPRINGLS_TOPOLOGY_FREE) {
         springls__parallel(ctx, ctx->grid.active_count, 8, springls__specks_task, ctx);
         springls__swap_phi(&ctx->grid);

@@ -30,7 +30,7 @@ SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool on
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
-    if (ctx->params.predict && ctx->stats.moved > ctx->grid.far_value) /* too far to be carried */
+    if (ctx->params.predict && springls__way_since_phi(ctx) > ctx->grid.far_value) /* too far to be carried */
         SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
     SPRINGLS__TRY(springls__follow(ctx));
     if (!resample) return SPRINGLS_OK;
@@ -62,21 +62,27 @@ SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const
     return ctx->params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
 }
 
-/* One step of at most *dt, in which no particle goes further than `most` voxels (0: any way); *dt becomes the time that has
-   passed. A force may be stronger during the step than at its start: then a shorter one is tried. */
-SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float most, float *dt, float *moved)
+/* One step of at most *dt, in which no particle goes further than `longest` voxels (0: any way); *dt becomes the time that has
+   passed. A force may be stronger during the step than at its start: then a shorter one is tried, a little shorter than would
+   do if the force were even, and at last any way is allowed. */
+SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float longest, float *dt, float *moved)
 {
+    enum { TRIES = 40 };
     springls_status status = SPRINGLS_OK;
     double started;
     int tries;
-    if (!ctx->params.volume_lock) ctx->locked_count = 0;
-    else if (ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
+    if (!ctx->params.volume_lock) {
+        ctx->locked_count = 0;
+        ctx->stats.volume_correction = 0.0f;
+    }
+    if (ctx->params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && springls__resample_due(ctx, ctx->iteration + 1)) springls__sample_phi(ctx);
-    for (tries = 0; tries < 40; tries++) {
-        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < 39 ? most : 0.0f, moved);
-        if (status != SPRINGLS_OK || most == 0.0f || *moved <= most) break;
-        *dt *= springls__max(0.95f * most / *moved, 0.1f);
+    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
+        springls__sample_phi(ctx); /* for contract */
+    for (tries = 1; tries <= TRIES; tries++) {
+        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < TRIES ? longest : 0.0f, moved);
+        if (status != SPRINGLS_OK || longest == 0.0f || *moved <= longest) break;
+        *dt *= springls__max(0.95f * longest / *moved, 0.1f);
     }
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
@@ -86,17 +92,22 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     return springls__after_advect(ctx, step);
 }
 
+enum { SPRINGLS__MOST_PARTS = 10000 };
+
 /* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
 SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
 {
-    const float most = step->max_displacement * 1.0001f, growth = 1.5f;
+    const float longest = step->max_displacement, growth = 1.5f;
     const double end = ctx->time + (double)step->dt;
     float left = step->dt, moved;
-    while (left > 1e-6f * step->dt) {
-        float parts = springls__floor(left / dt * 0.9999f) + 1.0f, taken = left / parts;
-        SPRINGLS__TRY(springls__substep(ctx, step, most, &taken, &moved));
+    int parts;
+    for (parts = 0; left > 1e-6f * step->dt; parts++) {
+        float taken = left / (springls__floor(left / dt * 0.9999f) + 1.0f);
+        if (parts == SPRINGLS__MOST_PARTS)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
+        SPRINGLS__TRY(springls__substep(ctx, step, longest * 1.0001f, &taken, &moved));
         left = (float)(end - ctx->time);
-        dt = taken * springls__min(step->max_displacement / springls__max(moved, 1e-6f), growth);
+        dt = taken * (growth * moved > longest ? longest / moved : growth);
     }
     ctx->time = end;
     return SPRINGLS_OK;
@@ -104,11 +115,12 @@ SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const spr
 
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {
-    const float most = 10000.0f;
     float speed, limit, dt, moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
@@ -120,8 +132,8 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
         dt = speed > 1e-6f ? limit / speed : 0.0f;
         return springls__substep(ctx, step, 0.0f, &dt, &moved);
     }
-    if (!(speed * dt <= most * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %.0f sub-steps of max_displacement", (double)most);
+    if (!(speed * dt <= (float)SPRINGLS__MOST_PARTS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
     return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
 }
 

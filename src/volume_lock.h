@@ -409,7 +409,7 @@ SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__par
     job.parts = parts;
     for (i = 0; i < iterations && springls__choose_offsets(parts, k); i++) {
         springls__parallel(ctx, ctx->grid.active_count, 16, springls__offset_phi_task, &job);
-        springls__commit_phi(ctx, 0.5f);
+        springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->set.count, 512, springls__offset_springls_task, &job);
         springls__measure_parts(&ctx->grid, parts);
     }

@@ -64,6 +64,7 @@ static const struct improvement improvements[] = {
     {"springls carry phi instead of eq. 23; projected", {P(predict), P(evolve_iterations), P(project_level_set)}}, /* carried alone it decays */
     {"level set projected onto springls", {P(project_level_set)}},
     {"springls put lost sheets back into phi", {P(nucleate)}},
+    {"sharp edges stay (a ball has none)", {P(keep_edges)}},
     {"vertices have their own velocity", {P(vertex_velocity)}},
     {"steps of two voxels", {SETTING(max_displacement)}},
 };
