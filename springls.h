@@ -142,16 +142,17 @@
 
      With the default set, steps up to two voxels (springls_step_desc.max_displacement = 2). On every M-th step:
 
-       advect  relax  project  contract  resample  fill_gaps
+       advect  relax  [keep_edges]  project  contract  resample  fill_gaps  [volume_lock]
 
      on the others:
 
-       advect  relax  project
+       advect  relax  [keep_edges]  project  [volume_lock]
 
      predict = 1 and evolve_iterations = 0: phi is carried along before it is projected: a voxel takes the value of the place that
      the springls around it have come from. Where none is near and the surface may have passed, the voxels around decide the
      side. eq. 23 is left out, and with it curvature of eq. 22 (springls_forces.curvature_weight smooths too); with
-     evolve_iterations > 0 it follows. After a step further than the band, phi is made afresh (unsigned_to_signed).
+     evolve_iterations > 0 it follows. After a way of more than band_half_width + 1 voxels, phi is made afresh
+     (unsigned_to_signed), which does not preserve topology: cut such steps by max_displacement.
      project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
      springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
      reach stay outside. Springls with the inside before them, left where bodies have met, go; so does a single voxel of the
@@ -169,12 +170,13 @@
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
-       advect  unsigned_to_signed  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
+       advect  unsigned_to_signed  [keep_edges]  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
 
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project and keep_edges may also be called alone, in any order.
+   springls that it adds. Every stage but project, keep_edges and volume_lock may also be
+   called alone, in any order.
 
 
    PARAMETERS
@@ -217,9 +219,9 @@
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 predict              1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
-                keep_edges           1: sides of a sharp edge are not averaged           1         0
-                nucleate             1: that makes voxels within a thin sheet inside     1         0
+                nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
+                keep_edges           1: sides of a sharp edge are not averaged           1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4
@@ -235,8 +237,9 @@
 
    SHARP EDGES
 
-   With keep_edges = 1 an edge that a model has when it is set stays an edge, where springls about it fall into sides: groups of normals 50 degrees or more
-   apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
+   Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1; not by
+   springls_set_springls, and not when the switch is turned on later. With keep_edges = 1 such an edge stays an edge, where
+   springls about it fall into sides: groups of normals 50 degrees or more apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
    of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
    smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
    right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of
@@ -580,9 +583,10 @@ typedef struct springls_params {
     float evolve_step;       /* delta t of eq. 23                                                               */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
-    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)         */
+    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)       */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
-    int nucleate;            /* 1: and a voxel between the two sides of a thin sheet is inside; 0: phi alone says so */
+    int nucleate;            /* 1: a voxel between the two sides of a thin sheet is inside, where the level set is
+                                projected; 0: phi alone says so                                                 */
     int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
     int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */
     springls_topology topology;
@@ -885,7 +889,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
 typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
     SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
-    SPRINGLS_STAGE_PROJECT, /* of phi: params.project_level_set */
+    SPRINGLS_STAGE_PROJECT, /* of phi: params.predict, params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
     SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock */
     SPRINGLS_STAGE_COUNT
@@ -893,11 +897,12 @@ typedef enum springls_stage {
 SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
 
 typedef struct springls_stats {
-    int springls, steps, bricks;
+    int springls, steps, bricks; /* steps: sub-steps count, here and for params.resample_period                 */
     int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
-    int at_edges;            /* springls at sharp edges in the last step: params.keep_edges                     */
-    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels      */
-    float moved;             /* largest displacement of the last advect, voxels                                 */
+    int at_edges;            /* springls at sharp edges, of the input or the last step: params.keep_edges       */
+    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels; 1.5
+                                at most a step                                                                  */
+    float moved;             /* largest displacement of the last advect (of a sub-step), voxels                 */
     float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
     double seconds[SPRINGLS_STAGE_COUNT];
 } springls_stats;
@@ -1690,11 +1695,21 @@ SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
 /* ======== >>rebuild  (kernels_embed/rebuild.h) ================================================================= */
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
+/* The smallest and the largest of the six neighbours. */
+SPRINGLS__MATHS float springls__least(springls__cross7 v)
+{
+    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
+}
+
+SPRINGLS__MATHS float springls__most(springls__cross7 v)
+{
+    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+}
+
 /* True when a voxel and one of its six neighbours lie on different sides. */
 SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
 {
-    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+    float lo = springls__least(v), hi = springls__most(v);
     return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
 }
 
@@ -1868,8 +1883,9 @@ SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, flo
     sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
         + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
     if (springls__fabs(sum) <= enough) return v.c;
-    nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),
-                            springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
+    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
+                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
+                                          springls__min(springls__fabs(v.zm), springls__fabs(v.zp))));
     nearest = springls__min(nearest + 1.0f, far_value);
     return sum < 0.0f ? -nearest : nearest;
 }
@@ -1886,8 +1902,7 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
    becomes there, else itself. */
 SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)
 {
-    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+    float lo = springls__least(v), hi = springls__most(v);
     if (v.c >= 0.0f && hi < 0.0f) return hi;
     return v.c < 0.0f && lo >= 0.0f ? lo : v.c;
 }
@@ -2007,7 +2022,8 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
 
 /* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
-   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side that it lies on, whichever of several ways it has been turned. */
+   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
+   that it lies on, whichever of several ways it has been turned. */
 SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
                                                      const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)
 {
@@ -3105,8 +3121,10 @@ SPRINGLS__FN float springls__wide_tile_sample(const springls__wide_tile *tile, s
     const float lower = (float)-m, upper = (float)(7 + m);
     float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
     const float *t;
-    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper))
-        return springls__grid_sample(tile->g, tile->field, springls__v3_make(x.x + (float)tile->origin[0], x.y + (float)tile->origin[1], x.z + (float)tile->origin[2]));
+    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
+        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
+        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
+    }
     t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
     corner[0] = t[0];
     corner[1] = t[1];
@@ -3852,10 +3870,19 @@ SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, flo
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
 }
 
+SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+}
+
+SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+}
+
 SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
 {
-    springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
-    springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
     springls__vmask inside = v.c < 0.0f;
     return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
 }
@@ -4126,8 +4153,7 @@ SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
-        springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
-        springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
         springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
         some = some || springls__vmask_any(bubble | crumb);
         springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
@@ -4707,7 +4733,7 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
     springls__flow(job, x, count, time, slope);
     if (!job->ctx->params.vertex_velocity) {
         springls__push(job, x, normals, count, time, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2: with the particle's velocity */
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
         springls__v3 push[SPRINGLS__ADVECT_BLOCK];
         memset(push, 0, sizeof push);
@@ -5548,17 +5574,21 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     return false;
 }
 
+/* Central differences. */
+SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
+{
+    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
+}
+
 /* True where phi has a kink near one of the eight voxels about x: what is read there to third order is off. */
 SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
 {
     int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
     for (c = 0; c < 8; c++) {
-        springls__v3 voxel = springls__v3_make((float)(i + (c & 1)), (float)(j + (c >> 1 & 1)), (float)(k + (c >> 2)));
-        springls__v3 gradient = springls__v3_make(
-            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x + 1.0f, voxel.y, voxel.z)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x - 1.0f, voxel.y, voxel.z)),
-            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y + 1.0f, voxel.z)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y - 1.0f, voxel.z)),
-            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y, voxel.z + 1.0f)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y, voxel.z - 1.0f)));
-        if (springls__fabs(0.5f * springls__length(gradient) - 1.0f) > 0.02f) return true;
+        springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        if (springls__fabs(springls__length(gradient) - 1.0f) > 0.02f) return true;
     }
     return false;
 }
@@ -6679,7 +6709,8 @@ SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
                     int mask = springls__mc_case(cell);
                     for (k = 0; k < springls__mc_count(mask); k++) {
                         springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        if (!springls__is_exposed(job->ctx, springls__tri_centroid(t), springls__tri_normal(t), job->covered, job->on_sheets)) continue;
+                        springls__v3 at = springls__tri_centroid(t), n = springls__tri_normal(t);
+                        if (!springls__is_exposed(job->ctx, at, n, job->covered, job->on_sheets)) continue;
                         exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
                         job->count[begin]++;
                     }
@@ -10174,7 +10205,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 936 \"springls.h\"\n",
+    "#line 941 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -10211,7 +10242,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 974 \"springls.h\"\n",
+    "#line 979 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -10347,7 +10378,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1111 \"springls.h\"\n",
+    "#line 1116 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -10414,7 +10445,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1179 \"springls.h\"\n",
+    "#line 1184 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -10447,7 +10478,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1213 \"springls.h\"\n",
+    "#line 1218 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -10545,7 +10576,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1312 \"springls.h\"\n",
+    "#line 1317 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -10597,7 +10628,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1365 \"springls.h\"\n",
+    "#line 1370 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -10629,7 +10660,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1398 \"springls.h\"\n",
+    "#line 1403 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -10757,7 +10788,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1527 \"springls.h\"\n",
+    "#line 1532 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -10765,7 +10796,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1536 \"springls.h\"\n",
+    "#line 1541 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -10818,7 +10849,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1590 \"springls.h\"\n",
+    "#line 1595 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -10828,7 +10859,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1601 \"springls.h\"\n",
+    "#line 1606 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -10861,7 +10892,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1635 \"springls.h\"\n",
+    "#line 1640 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -10916,14 +10947,24 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1691 \"springls.h\"\n",
+    "#line 1696 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
+    "\n",
+    "/* The smallest and the largest of the six neighbours. */\n",
+    "SPRINGLS__MATHS float springls__least(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__most(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
+    "}\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
     "SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)\n",
     "{\n",
-    "    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
-    "    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
+    "    float lo = springls__least(v), hi = springls__most(v);\n",
     "    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
     "}\n",
     "\n",
@@ -10986,7 +11027,7 @@ static const char *const springls__kernel_lines[] = {
     "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1762 \"springls.h\"\n",
+    "#line 1777 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -11096,8 +11137,9 @@ static const char *const springls__kernel_lines[] = {
     "    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)\n",
     "        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);\n",
     "    if (springls__fabs(sum) <= enough) return v.c;\n",
-    "    nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),\n",
-    "                            springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
+    "    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
+    "                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
+    "                                          springls__min(springls__fabs(v.zm), springls__fabs(v.zp))));\n",
     "    nearest = springls__min(nearest + 1.0f, far_value);\n",
     "    return sum < 0.0f ? -nearest : nearest;\n",
     "}\n",
@@ -11114,12 +11156,11 @@ static const char *const springls__kernel_lines[] = {
     "   becomes there, else itself. */\n",
     "SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)\n",
     "{\n",
-    "    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
-    "    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
+    "    float lo = springls__least(v), hi = springls__most(v);\n",
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 1896 \"springls.h\"\n",
+    "#line 1911 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -11234,7 +11275,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower\n",
     "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
-    "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side that it lies on, whichever of several ways it has been turned. */\n",
+    "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side\n",
+    "   that it lies on, whichever of several ways it has been turned. */\n",
     "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],\n",
     "                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)\n",
     "{\n",
@@ -11300,7 +11342,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 2078 \"springls.h\"\n",
+    "#line 2094 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -11440,7 +11482,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2219 \"springls.h\"\n",
+    "#line 2235 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11466,7 +11508,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2246 \"springls.h\"\n",
+    "#line 2262 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",

@@ -112,7 +112,8 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
 
 /* Sides from the springls about a place. A crease has at least two with a twelfth of the weight each, none a strip narrower
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
-   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side that it lies on, whichever of several ways it has been turned. */
+   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
+   that it lies on, whichever of several ways it has been turned. */
 SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
                                                      const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)
 {

@@ -107,8 +107,9 @@ SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, flo
     sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
         + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
     if (springls__fabs(sum) <= enough) return v.c;
-    nearest = springls__min(springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)), springls__min(springls__fabs(v.ym), springls__fabs(v.yp))),
-                            springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
+    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
+                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
+                                          springls__min(springls__fabs(v.zm), springls__fabs(v.zp))));
     nearest = springls__min(nearest + 1.0f, far_value);
     return sum < 0.0f ? -nearest : nearest;
 }
@@ -125,8 +126,7 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
    becomes there, else itself. */
 SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)
 {
-    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+    float lo = springls__least(v), hi = springls__most(v);
     if (v.c >= 0.0f && hi < 0.0f) return hi;
     return v.c < 0.0f && lo >= 0.0f ? lo : v.c;
 }

@@ -1,10 +1,20 @@
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
+/* The smallest and the largest of the six neighbours. */
+SPRINGLS__MATHS float springls__least(springls__cross7 v)
+{
+    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
+}
+
+SPRINGLS__MATHS float springls__most(springls__cross7 v)
+{
+    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+}
+
 /* True when a voxel and one of its six neighbours lie on different sides. */
 SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
 {
-    float lo = springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-    float hi = springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+    float lo = springls__least(v), hi = springls__most(v);
     return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
 }
 

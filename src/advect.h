@@ -142,7 +142,7 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
     springls__flow(job, x, count, time, slope);
     if (!job->ctx->params.vertex_velocity) {
         springls__push(job, x, normals, count, time, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2: with the particle's velocity */
+        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
         springls__v3 push[SPRINGLS__ADVECT_BLOCK];
         memset(push, 0, sizeof push);

@@ -161,9 +161,10 @@ typedef struct springls_params {
     float evolve_step;       /* delta t of eq. 23                                                               */
     float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
     float curvature;         /* lambda of eq. 22                                                                */
-    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)         */
+    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)       */
     int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
-    int nucleate;            /* 1: and a voxel between the two sides of a thin sheet is inside; 0: phi alone says so */
+    int nucleate;            /* 1: a voxel between the two sides of a thin sheet is inside, where the level set is
+                                projected; 0: phi alone says so                                                 */
     int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
     int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */
     springls_topology topology;
@@ -466,7 +467,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
 typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
     SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
-    SPRINGLS_STAGE_PROJECT, /* of phi: params.project_level_set */
+    SPRINGLS_STAGE_PROJECT, /* of phi: params.predict, params.project_level_set */
     SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
     SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock */
     SPRINGLS_STAGE_COUNT
@@ -474,11 +475,12 @@ typedef enum springls_stage {
 SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
 
 typedef struct springls_stats {
-    int springls, steps, bricks;
+    int springls, steps, bricks; /* steps: sub-steps count, here and for params.resample_period                 */
     int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
-    int at_edges;            /* springls at sharp edges in the last step: params.keep_edges                     */
-    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels      */
-    float moved;             /* largest displacement of the last advect, voxels                                 */
+    int at_edges;            /* springls at sharp edges, of the input or the last step: params.keep_edges       */
+    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels; 1.5
+                                at most a step                                                                  */
+    float moved;             /* largest displacement of the last advect (of a sub-step), voxels                 */
     float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
     double seconds[SPRINGLS_STAGE_COUNT];
 } springls_stats;

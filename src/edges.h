@@ -331,17 +331,21 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
     return false;
 }
 
+/* Central differences. */
+SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
+{
+    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
+}
+
 /* True where phi has a kink near one of the eight voxels about x: what is read there to third order is off. */
 SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
 {
     int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
     for (c = 0; c < 8; c++) {
-        springls__v3 voxel = springls__v3_make((float)(i + (c & 1)), (float)(j + (c >> 1 & 1)), (float)(k + (c >> 2)));
-        springls__v3 gradient = springls__v3_make(
-            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x + 1.0f, voxel.y, voxel.z)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x - 1.0f, voxel.y, voxel.z)),
-            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y + 1.0f, voxel.z)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y - 1.0f, voxel.z)),
-            springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y, voxel.z + 1.0f)) - springls__grid_sample(g, g->phi, springls__v3_make(voxel.x, voxel.y, voxel.z - 1.0f)));
-        if (springls__fabs(0.5f * springls__length(gradient) - 1.0f) > 0.02f) return true;
+        springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        if (springls__fabs(springls__length(gradient) - 1.0f) > 0.02f) return true;
     }
     return false;
 }

@@ -195,8 +195,10 @@ SPRINGLS__FN float springls__wide_tile_sample(const springls__wide_tile *tile, s
     const float lower = (float)-m, upper = (float)(7 + m);
     float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
     const float *t;
-    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper))
-        return springls__grid_sample(tile->g, tile->field, springls__v3_make(x.x + (float)tile->origin[0], x.y + (float)tile->origin[1], x.z + (float)tile->origin[2]));
+    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
+        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
+        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
+    }
     t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
     corner[0] = t[0];
     corner[1] = t[1];

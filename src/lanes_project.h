@@ -117,8 +117,7 @@ SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
-        springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
-        springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
         springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
         some = some || springls__vmask_any(bubble | crumb);
         springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));

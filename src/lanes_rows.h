@@ -101,10 +101,19 @@ SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, flo
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
 }
 
+SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+}
+
+SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+}
+
 SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
 {
-    springls__vec lo = springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
-    springls__vec hi = springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
     springls__vmask inside = v.c < 0.0f;
     return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
 }

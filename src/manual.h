@@ -69,16 +69,17 @@
 
      With the default set, steps up to two voxels (springls_step_desc.max_displacement = 2). On every M-th step:
 
-       advect  relax  project  contract  resample  fill_gaps
+       advect  relax  [keep_edges]  project  contract  resample  fill_gaps  [volume_lock]
 
      on the others:
 
-       advect  relax  project
+       advect  relax  [keep_edges]  project  [volume_lock]
 
      predict = 1 and evolve_iterations = 0: phi is carried along before it is projected: a voxel takes the value of the place that
      the springls around it have come from. Where none is near and the surface may have passed, the voxels around decide the
      side. eq. 23 is left out, and with it curvature of eq. 22 (springls_forces.curvature_weight smooths too); with
-     evolve_iterations > 0 it follows. After a step further than the band, phi is made afresh (unsigned_to_signed).
+     evolve_iterations > 0 it follows. After a way of more than band_half_width + 1 voxels, phi is made afresh
+     (unsigned_to_signed), which does not preserve topology: cut such steps by max_displacement.
      project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
      springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
      reach stay outside. Springls with the inside before them, left where bodies have met, go; so does a single voxel of the
@@ -96,12 +97,13 @@
 
    SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
-       advect  unsigned_to_signed  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
+       advect  unsigned_to_signed  [keep_edges]  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
 
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project and keep_edges may also be called alone, in any order.
+   springls that it adds. Every stage but project, keep_edges and volume_lock may also be
+   called alone, in any order.
 
 
    PARAMETERS
@@ -144,9 +146,9 @@
      lambda     curvature            of eq. 22; positive smooths                         0         0
                 predict              1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
-                keep_edges           1: sides of a sharp edge are not averaged           1         0
-                nucleate             1: that makes voxels within a thin sheet inside     1         0
+                nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
+                keep_edges           1: sides of a sharp edge are not averaged           1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
                 track_iterations     projections on the original surface, eq. 26         4         4
@@ -162,8 +164,9 @@
 
    SHARP EDGES
 
-   With keep_edges = 1 an edge that a model has when it is set stays an edge, where springls about it fall into sides: groups of normals 50 degrees or more
-   apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
+   Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1; not by
+   springls_set_springls, and not when the switch is turned on later. With keep_edges = 1 such an edge stays an edge, where
+   springls about it fall into sides: groups of normals 50 degrees or more apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
    of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
    smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
    right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of

@@ -351,6 +351,55 @@ TEST long_steps_are_cut(void)
     PASS();
 }
 
+/* However far springls have gone while phi stayed, the next step takes it along: by the way or, further than the band, afresh. */
+TEST phi_catches_up(float voxels)
+{
+    springls_context *ctx = fixture_sphere(56, NULL, 12.5f, 19.5f, 19.5f, 6.0f);
+    float wind[3] = { 1.0f, 0.0f, 0.0f };
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_ADVECT_ONLY, 1.0f);
+    springls_measures m;
+    int i;
+    for (i = 1; i < (int)voxels; i++) ASSERT_OK(springls_step(ctx, &step));
+    step.mode = SPRINGLS_FLUID;
+    ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    ASSERT_IN_RANGE(0.0, fixture_sphere_error(ctx, d3_make(12.5 + (double)voxels, 19.5, 19.5), 6.0).mean, 0.03);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A force that grows during the step does not take particles further than allowed in a sub-step. */
+static void growing(void *user, const float *points, int count, float time, float *out)
+{
+    int i;
+    (void)user;
+    (void)points;
+    for (i = 0; i < count; i++) {
+        out[3 * i] = 40.0f * time * time * time;
+        out[3 * i + 1] = out[3 * i + 2] = 0.0f;
+    }
+}
+
+TEST sub_steps_follow_the_force(void)
+{
+    springls_context *ctx = fixture_sphere(40, NULL, 10.5f, 19.5f, 19.5f, 6.0f);
+    springls_forces forces = fixture_forces(growing, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    step.max_displacement = 1.5f; /* ten voxels in all, most of them late: at the start nothing moves */
+    ASSERT_OK(springls_step(ctx, &step));
+    ASSERT(springls_get_stats(ctx).steps >= 7 && springls_get_stats(ctx).steps <= 14);
+    ASSERT_LT(springls_get_stats(ctx).moved, 1.501f);
+    ASSERT_EQ(1.0, springls_time(ctx));
+    ASSERT_IN_RANGE(0.0, fixture_sphere_error(ctx, d3_make(20.5, 19.5, 19.5), 6.0).mean, 0.03);
+    step.max_displacement = 1e-5f;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step(ctx, &step));
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Nothing moves: a step of dt = 0 ends at once, and time stands still. */
 TEST still_model_takes_no_time(void)
 {
@@ -591,6 +640,9 @@ SUITE(step)
     RUN_TESTp(step_is_as_long_as_allowed, 0.0f);
     RUN_TESTp(step_is_as_long_as_allowed, 0.2f);
     RUN_TEST(long_steps_are_cut);
+    RUN_TESTp(phi_catches_up, 3.0f);
+    RUN_TESTp(phi_catches_up, 17.0f);
+    RUN_TEST(sub_steps_follow_the_force);
     RUN_TEST(still_model_takes_no_time);
     RUN_TEST(forces_know_the_time);
     RUN_TEST(run_reports_and_can_be_cancelled);
