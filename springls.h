@@ -172,6 +172,9 @@
 
        advect  unsigned_to_signed  [keep_edges]  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
 
+   with at least three of (evolve  rebuild) where predict = 1: there is nothing to carry. Topology is not preserved: phi is
+   made afresh.
+
    SPRINGLS_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
@@ -5149,10 +5152,10 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
-        bool far = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
+        bool distant = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
         job->keep[begin] = SPRINGLS__KEEP;
         if (ctx->params.project_level_set && springls__is_buried(ctx, s)) job->keep[begin] = SPRINGLS__REMOVE;
-        else if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
+        else if (distant && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }
@@ -5282,9 +5285,9 @@ SPRINGLS__FN void springls__gather_crowd(const springls_context *ctx, springls__
     crowd->count = 0;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *s = &ctx->set.s[i];
-        float near = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
-        if (i >= known || near <= 0.0f) continue;
-        if (springls__join(crowd, s->p, springls__springl_normal(s), ctx->set.a[i], near * near, i)) continue;
+        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
+        if (i >= known || weight <= 0.0f) continue;
+        if (springls__join(crowd, s->p, springls__springl_normal(s), ctx->set.a[i], weight * weight, i)) continue;
         if (radius < least) return; /* they lie on each other: these will do */
         radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
@@ -5497,17 +5500,17 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
 {
     const float tolerance = 0.02f;
-    float c = springls__grid_phi(g, g->phi, x, y, z), near[6], off, least = tolerance;
+    float c = springls__grid_phi(g, g->phi, x, y, z), beside[6], off, least = tolerance;
     springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
     int k;
     for (k = 0; k < 6; k++)
-        near[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
-    d = springls__scale(springls__v3_make(near[1] - near[0], near[3] - near[2], near[5] - near[4]), 0.5f);
+        beside[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
+    d = springls__scale(springls__v3_make(beside[1] - beside[0], beside[3] - beside[2], beside[5] - beside[4]), 0.5f);
     if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
     for (k = 0; k < 8; k++) {
-        d.x = k & 1 ? near[1] - c : c - near[0];
-        d.y = k & 2 ? near[3] - c : c - near[2];
-        d.z = k & 4 ? near[5] - c : c - near[4];
+        d.x = k & 1 ? beside[1] - c : c - beside[0];
+        d.y = k & 2 ? beside[3] - c : c - beside[2];
+        d.z = k & 4 ? beside[5] - c : c - beside[4];
         off = springls__fabs(springls__length(d) - 1.0f);
         if (off >= least) continue;
         least = off;
@@ -5530,13 +5533,13 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
     for (k = lo[2]; k <= hi[2]; k++)
         for (j = lo[1]; j <= hi[1]; j++)
             for (i = lo[0]; i <= hi[0]; i++) {
-                float phi = springls__grid_phi(g, g->phi, i, j, k), near;
+                float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
                 springls__v3 n, foot;
                 if ((phi < 0.0f) != inside || springls__fabs(phi) > depth) continue;
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
-                near = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (near > 0.0f && springls__length2(n) > 0.5f) springls__join(crowd, foot, n, foot, near * near, -2);
+                weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
+                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__join(crowd, foot, n, foot, weight * weight, -2);
             }
 }
 
@@ -6286,10 +6289,10 @@ SPRINGLS__FN bool springls__project_at_edge(const springls__project_job *job, co
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             const springls__oriented *s = &job->oriented[k];
-            float near = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (near <= 0.0f) continue;
+            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
+            if (weight <= 0.0f) continue;
             edges += s->edge;
-            springls__join(&crowd, s->p, s->n, s->p, near * near, k);
+            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);
         }
     if (edges == 0) return false;
     say = springls__edge_distance(&crowd, x);
@@ -7729,15 +7732,18 @@ SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
     return springls_rebuild(ctx);
 }
 
-/* The level set catches up with the springls. */
-SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
+/* The level set catches up with the springls: carried along by them or, where it has just been made afresh of them, by eq. 23,
+   which closes what gaps between springls have left open. */
+SPRINGLS__FN springls_status springls__follow(springls_context *ctx, bool afresh)
 {
-    int z;
+    const int enough = 3;
+    bool carry = ctx->params.predict && !afresh;
+    int iterations = ctx->params.predict && afresh ? springls__imax(ctx->params.evolve_iterations, enough) : ctx->params.evolve_iterations, z;
     if (ctx->params.keep_edges && ctx->stats.at_edges > 0)
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
-    if (ctx->params.predict) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
-    for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->params.project_level_set || (ctx->params.predict && ctx->params.evolve_iterations == 0)) return SPRINGLS_OK;
+    if (carry) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
+    for (z = 0; z < iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
+    if (!ctx->params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
 }
 
@@ -7746,16 +7752,16 @@ SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iterat
 /* Algorithm 2 after Advect. */
 SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
 {
-    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration);
+    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
     SPRINGLS__TRY(springls_relax(ctx));
     if (resample && !last) {
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
-    if (ctx->params.predict && springls__way_since_phi(ctx) > ctx->grid.far_value) /* too far to be carried */
-        SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx));
+    afresh = ctx->params.predict && springls__way_since_phi(ctx) > ctx->grid.far_value; /* too far to be carried */
+    if (afresh) SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
+    SPRINGLS__TRY(springls__follow(ctx, afresh));
     if (!resample) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__orient(ctx));
     if (last) {
@@ -7769,7 +7775,7 @@ SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool on
 SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool one_to_one)
 {
     SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx));
+    SPRINGLS__TRY(springls__follow(ctx, true));
     SPRINGLS__TRY(springls_relax(ctx));
     if (one_to_one) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_fill_gaps(ctx));
@@ -7826,6 +7832,8 @@ SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const spr
     int parts;
     for (parts = 0; left > 1e-6f * step->dt; parts++) {
         float taken = left / (springls__floor(left / dt * 0.9999f) + 1.0f);
+        if (ctx->time + (double)taken == ctx->time)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)taken);
         if (parts == SPRINGLS__MOST_PARTS)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
         SPRINGLS__TRY(springls__substep(ctx, step, longest * 1.0001f, &taken, &moved));
@@ -10205,7 +10213,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 941 \"springls.h\"\n",
+    "#line 944 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -10242,7 +10250,7 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "\n",
     "#endif\n",
-    "#line 979 \"springls.h\"\n",
+    "#line 982 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -10378,7 +10386,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1116 \"springls.h\"\n",
+    "#line 1119 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -10445,7 +10453,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1184 \"springls.h\"\n",
+    "#line 1187 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -10478,7 +10486,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1218 \"springls.h\"\n",
+    "#line 1221 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -10576,7 +10584,7 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1317 \"springls.h\"\n",
+    "#line 1320 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -10628,7 +10636,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1370 \"springls.h\"\n",
+    "#line 1373 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -10660,7 +10668,7 @@ static const char *const springls__kernel_lines[] = {
     "    part.c = turned.c;\n",
     "    return part;\n",
     "}\n",
-    "#line 1403 \"springls.h\"\n",
+    "#line 1406 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -10788,7 +10796,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1532 \"springls.h\"\n",
+    "#line 1535 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -10796,7 +10804,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
     "}\n",
-    "#line 1541 \"springls.h\"\n",
+    "#line 1544 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -10849,7 +10857,7 @@ static const char *const springls__kernel_lines[] = {
     "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
     "    return use_face > 0.0f ? face : edges;\n",
     "}\n",
-    "#line 1595 \"springls.h\"\n",
+    "#line 1598 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -10859,7 +10867,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 1606 \"springls.h\"\n",
+    "#line 1609 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -10892,7 +10900,7 @@ static const char *const springls__kernel_lines[] = {
     "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
     "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
     "}\n",
-    "#line 1640 \"springls.h\"\n",
+    "#line 1643 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -10947,7 +10955,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
-    "#line 1696 \"springls.h\"\n",
+    "#line 1699 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* The smallest and the largest of the six neighbours. */\n",
@@ -11027,7 +11035,7 @@ static const char *const springls__kernel_lines[] = {
     "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
     "    return v.c < 0.0f ? -d : d;\n",
     "}\n",
-    "#line 1777 \"springls.h\"\n",
+    "#line 1780 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -11160,7 +11168,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 1911 \"springls.h\"\n",
+    "#line 1914 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -11342,7 +11350,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 2094 \"springls.h\"\n",
+    "#line 2097 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -11482,7 +11490,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2235 \"springls.h\"\n",
+    "#line 2238 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11508,7 +11516,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2262 \"springls.h\"\n",
+    "#line 2265 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -11689,17 +11697,22 @@ SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
 {
     const char *fault;
+    bool band_changed;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
     if (params->band_half_width != ctx->params.band_half_width && ctx->set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    band_changed = params->band_half_width != ctx->params.band_half_width;
     ctx->params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
     springls__fill(ctx->grid.omega, SPRINGLS__OUTSIDE, params->capture);
     springls__fill(ctx->grid.omega, SPRINGLS__INSIDE, params->capture);
-    if (ctx->set.count == 0) springls__clear_model(ctx);
+    if (band_changed) { /* no model: constant bricks only, of another distance */
+        springls__grid_clear(ctx, &ctx->grid, false);
+        springls__grid_clear(ctx, &ctx->reference, true);
+    }
     return SPRINGLS_OK;
 }
 

@@ -99,17 +99,22 @@ SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
 {
     const char *fault;
+    bool band_changed;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
     if (params->band_half_width != ctx->params.band_half_width && ctx->set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    band_changed = params->band_half_width != ctx->params.band_half_width;
     ctx->params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
     springls__fill(ctx->grid.omega, SPRINGLS__OUTSIDE, params->capture);
     springls__fill(ctx->grid.omega, SPRINGLS__INSIDE, params->capture);
-    if (ctx->set.count == 0) springls__clear_model(ctx);
+    if (band_changed) { /* no model: constant bricks only, of another distance */
+        springls__grid_clear(ctx, &ctx->grid, false);
+        springls__grid_clear(ctx, &ctx->reference, true);
+    }
     return SPRINGLS_OK;
 }
 

@@ -70,10 +70,10 @@ SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
     const springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
         const springls__springl *s = &ctx->set.s[begin];
-        bool far = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
+        bool distant = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
         job->keep[begin] = SPRINGLS__KEEP;
         if (ctx->params.project_level_set && springls__is_buried(ctx, s)) job->keep[begin] = SPRINGLS__REMOVE;
-        else if (far && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
+        else if (distant && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
         else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
             job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
     }

@@ -39,9 +39,9 @@ SPRINGLS__FN void springls__gather_crowd(const springls_context *ctx, springls__
     crowd->count = 0;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *s = &ctx->set.s[i];
-        float near = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
-        if (i >= known || near <= 0.0f) continue;
-        if (springls__join(crowd, s->p, springls__springl_normal(s), ctx->set.a[i], near * near, i)) continue;
+        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
+        if (i >= known || weight <= 0.0f) continue;
+        if (springls__join(crowd, s->p, springls__springl_normal(s), ctx->set.a[i], weight * weight, i)) continue;
         if (radius < least) return; /* they lie on each other: these will do */
         radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
@@ -254,17 +254,17 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
 {
     const float tolerance = 0.02f;
-    float c = springls__grid_phi(g, g->phi, x, y, z), near[6], off, least = tolerance;
+    float c = springls__grid_phi(g, g->phi, x, y, z), beside[6], off, least = tolerance;
     springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
     int k;
     for (k = 0; k < 6; k++)
-        near[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
-    d = springls__scale(springls__v3_make(near[1] - near[0], near[3] - near[2], near[5] - near[4]), 0.5f);
+        beside[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
+    d = springls__scale(springls__v3_make(beside[1] - beside[0], beside[3] - beside[2], beside[5] - beside[4]), 0.5f);
     if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
     for (k = 0; k < 8; k++) {
-        d.x = k & 1 ? near[1] - c : c - near[0];
-        d.y = k & 2 ? near[3] - c : c - near[2];
-        d.z = k & 4 ? near[5] - c : c - near[4];
+        d.x = k & 1 ? beside[1] - c : c - beside[0];
+        d.y = k & 2 ? beside[3] - c : c - beside[2];
+        d.z = k & 4 ? beside[5] - c : c - beside[4];
         off = springls__fabs(springls__length(d) - 1.0f);
         if (off >= least) continue;
         least = off;
@@ -287,13 +287,13 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
     for (k = lo[2]; k <= hi[2]; k++)
         for (j = lo[1]; j <= hi[1]; j++)
             for (i = lo[0]; i <= hi[0]; i++) {
-                float phi = springls__grid_phi(g, g->phi, i, j, k), near;
+                float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
                 springls__v3 n, foot;
                 if ((phi < 0.0f) != inside || springls__fabs(phi) > depth) continue;
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
-                near = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (near > 0.0f && springls__length2(n) > 0.5f) springls__join(crowd, foot, n, foot, near * near, -2);
+                weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
+                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__join(crowd, foot, n, foot, weight * weight, -2);
             }
 }
 

@@ -124,10 +124,10 @@ SPRINGLS__FN bool springls__project_at_edge(const springls__project_job *job, co
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             const springls__oriented *s = &job->oriented[k];
-            float near = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (near <= 0.0f) continue;
+            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
+            if (weight <= 0.0f) continue;
             edges += s->edge;
-            springls__join(&crowd, s->p, s->n, s->p, near * near, k);
+            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);
         }
     if (edges == 0) return false;
     say = springls__edge_distance(&crowd, x);

@@ -6,15 +6,18 @@ SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
     return springls_rebuild(ctx);
 }
 
-/* The level set catches up with the springls. */
-SPRINGLS__FN springls_status springls__follow(springls_context *ctx)
+/* The level set catches up with the springls: carried along by them or, where it has just been made afresh of them, by eq. 23,
+   which closes what gaps between springls have left open. */
+SPRINGLS__FN springls_status springls__follow(springls_context *ctx, bool afresh)
 {
-    int z;
+    const int enough = 3;
+    bool carry = ctx->params.predict && !afresh;
+    int iterations = ctx->params.predict && afresh ? springls__imax(ctx->params.evolve_iterations, enough) : ctx->params.evolve_iterations, z;
     if (ctx->params.keep_edges && ctx->stats.at_edges > 0)
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
-    if (ctx->params.predict) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
-    for (z = 0; z < ctx->params.evolve_iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->params.project_level_set || (ctx->params.predict && ctx->params.evolve_iterations == 0)) return SPRINGLS_OK;
+    if (carry) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
+    for (z = 0; z < iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
+    if (!ctx->params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
 }
 
@@ -23,16 +26,16 @@ SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iterat
 /* Algorithm 2 after Advect. */
 SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
 {
-    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration);
+    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
     SPRINGLS__TRY(springls_relax(ctx));
     if (resample && !last) {
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
-    if (ctx->params.predict && springls__way_since_phi(ctx) > ctx->grid.far_value) /* too far to be carried */
-        SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx));
+    afresh = ctx->params.predict && springls__way_since_phi(ctx) > ctx->grid.far_value; /* too far to be carried */
+    if (afresh) SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
+    SPRINGLS__TRY(springls__follow(ctx, afresh));
     if (!resample) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__orient(ctx));
     if (last) {
@@ -46,7 +49,7 @@ SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool on
 SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool one_to_one)
 {
     SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx));
+    SPRINGLS__TRY(springls__follow(ctx, true));
     SPRINGLS__TRY(springls_relax(ctx));
     if (one_to_one) return SPRINGLS_OK;
     SPRINGLS__TRY(springls_fill_gaps(ctx));
@@ -103,6 +106,8 @@ SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const spr
     int parts;
     for (parts = 0; left > 1e-6f * step->dt; parts++) {
         float taken = left / (springls__floor(left / dt * 0.9999f) + 1.0f);
+        if (ctx->time + (double)taken == ctx->time)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)taken);
         if (parts == SPRINGLS__MOST_PARTS)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
         SPRINGLS__TRY(springls__substep(ctx, step, longest * 1.0001f, &taken, &moved));
