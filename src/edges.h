@@ -130,7 +130,6 @@ typedef struct springls__sharpen_job {
     springls__v3 *normal, *point; /* to be; edge tells where */
     uint8_t *suspect;             /* 1: a neighbour faces elsewhere */
     const uint8_t *was;           /* edge, before                                                            */
-    float slack;                  /* how far off its side a springl may lie, voxels */
     bool anew;                    /* edges are looked for everywhere */
 } springls__sharpen_job;
 
@@ -163,6 +162,7 @@ SPRINGLS__FN void springls__normals_task(void *arg, int begin, int end)
 SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
 {
     const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
+    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
     const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
     springls_context *ctx = job->ctx;
     springls__crowd crowd;
@@ -179,7 +179,7 @@ SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
         sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
         if (sides.count < 2) continue;
         fit = springls__side_at(&crowd, sides, s->p, springls__springl_normal(s), ctx->set.a[begin], begin, 3, 2);
-        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > job->slack * job->slack) continue;
+        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         ctx->set.edge[begin] = 1;
         job->normal[begin] = fit.normal;
         job->point[begin] = fit.point;
@@ -213,7 +213,6 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, springl
     size_t n = (size_t)ctx->set.count;
     uint8_t *was;
     job->ctx = ctx;
-    job->slack = 0.05f; /* they were put on a side and carried */
     job->anew = anew;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof *job->normal, (void **)&job->normal));

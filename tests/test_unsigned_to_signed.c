@@ -44,6 +44,7 @@ static springls_context *make(int which, int shape, int missing_percent)
     int i, count;
     uint8_t *keep;
     params.initial_stride = 1;
+    if (missing_percent) params.keep_edges = 0; /* springls drawn back from edges would leave gaps of their own there */
     ctx = fixture_context(size, &params);
     springls_set_implicit(ctx, implicit, &shape);
     fixture_seed(91 + (uint32_t)shape);
@@ -101,7 +102,6 @@ TEST springls_know_their_sides(int shape, int missing_percent, double tolerance)
         double d = exact(shape, voxel(i));
         if (fabs(d) < tolerance) continue;
         if (shape == SLOT && fabs(outside_of_box(voxel(i), d3_make(12.2, 12.2, 12.2))) < 1.0) continue; /* springls cut its edges */
-        if (shape == PLATE && missing_percent && fabs(outside_of_box(voxel(i), d3_make(12.2, 12.2, 100.0))) < 1.0) continue; /* its rim has holes */
         ASSERT_EQ(d < 0.0, phi[i] < 0.0f);
         inside += d < 0.0;
         outside += d > 0.0;
