@@ -2,43 +2,55 @@
    They follow in this order; search for >>name:
      >>api                  src/api.h
      >>manual               src/manual.h
+     >>params               kernels_embed/params.h
      >>compat               kernels_embed/compat.h
      >>vector               kernels_embed/vector.h
      >>triangle             kernels_embed/triangle.h
+     >>model                kernels_embed/model.h
+     >>grid                 kernels_embed/grid.h
+     >>omega                kernels_embed/omega.h
+     >>cells                kernels_embed/cells.h
+     >>neighbors            kernels_embed/neighbors.h
      >>advect               kernels_embed/advect.h
      >>relax                kernels_embed/relax.h
+     >>winding              kernels_embed/winding.h
+     >>fan                  kernels_embed/fan.h
+     >>around               kernels_embed/around.h
      >>contract             kernels_embed/contract.h
-     >>resample             kernels_embed/resample.h
      >>fit                  kernels_embed/fit.h
+     >>project              kernels_embed/project.h
+     >>edges                kernels_embed/edges.h
      >>track                kernels_embed/track.h
-     >>omega                kernels_embed/omega.h
+     >>resample             kernels_embed/resample.h
      >>unsigned_to_signed   kernels_embed/unsigned_to_signed.h
      >>evolve               kernels_embed/evolve.h
      >>topology             kernels_embed/topology.h
      >>rebuild              kernels_embed/rebuild.h
-     >>project              kernels_embed/project.h
-     >>edges                kernels_embed/edges.h
+     >>project_brick        kernels_embed/project_brick.h
      >>marching_cubes       kernels_embed/marching_cubes.h
-     >>winding              kernels_embed/winding.h
-     >>fan                  kernels_embed/fan.h
+     >>fill_from_springls   kernels_embed/fill_from_springls.h
+     >>fill_gaps            kernels_embed/fill_gaps.h
+     >>kernels              kernels_embed/kernels.h
+     >>lanes                src/lanes.h
+     >>rows                 kernels_embed/rows.h
      >>internal             src/internal.h
      >>memory               src/memory.h
      >>stage                src/stage.h
      >>params               src/params.h
-     >>constellation        src/constellation.h
-     >>grid                 src/grid.h
-     >>cells                src/cells.h
-     >>lanes                src/lanes.h
+     >>kernels              src/kernels.h
      >>lanes_neighbors      src/lanes_neighbors.h
      >>lanes_rows           src/lanes_rows.h
      >>lanes_project        src/lanes_project.h
-     >>neighbors            src/neighbors.h
      >>lanes_relax          src/lanes_relax.h
      >>lanes_advect         src/lanes_advect.h
+     >>run                  src/run.h
+     >>constellation        src/constellation.h
+     >>grid                 src/grid.h
+     >>cells                src/cells.h
+     >>neighbors            src/neighbors.h
      >>transform            src/transform.h
      >>advect               src/advect.h
      >>relax                src/relax.h
-     >>around               src/around.h
      >>contract             src/contract.h
      >>edges                src/edges.h
      >>track                src/track.h
@@ -529,6 +541,10 @@ typedef struct springls_trace {
 
 /* ---- >>parameters --------------------------------------------------------------------------------------------- */
 
+
+/* ======== >>params  (kernels_embed/params.h) =================================================================== */
+/* params.h - the parameters, which hosts and kernels share. */
+
 typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */
 typedef enum springls_weight { SPRINGLS_W_LINEAR, SPRINGLS_W_ATANH, SPRINGLS_W_SPLINE_FAR,           /* paper, Fig. 8b: */
                                SPRINGLS_W_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */
@@ -544,7 +560,7 @@ typedef enum springls_placement {
 /* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;
    a zeroed structure is refused because zero is a meaningful value of many members. */
 typedef struct springls_params {
-    uint32_t cookie; /* set by the two functions, checked by springls_create */
+    unsigned cookie;  /* set by the two functions, checked by springls_create */
 
     /* Table 1 */
     float d_max;             /* springl capsule radius                                                          */
@@ -611,6 +627,7 @@ typedef struct springls_params {
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
     int project_initial;     /* 1: move particles and vertices onto the zero level                              */
 } springls_params;
+/* -------- back in src/api.h -------- */
 
 /* What we recommend: accurate tracking, topology change and speed at once. */
 SPRINGLS_API springls_params springls_default_params(void);
@@ -951,10 +968,13 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
+  typedef uchar uint8_t;
+  typedef int int32_t;
+  typedef uint uint32_t;
   #define springls__sqrt(x)   sqrt(x)
-  #define springls__floor(x)  floor(x)
   #define springls__fabs(x)   fabs(x)
 #else
+  #include <float.h>
   #include <math.h>
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
@@ -966,15 +986,16 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #endif
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__CONST static const
-  /* floorf: a function call where the target has no instruction for it, and called everywhere. */
-  SPRINGLS__MATHS float springls__floor(float x)
-  {
-      float whole = fabsf(x) < 8388608.0f ? (float)(int)x : x;
-      return whole > x ? whole - 1.0f : whole;
-  }
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
 #endif
+
+/* floorf: a function call where the target has no instruction for it, and called everywhere. */
+SPRINGLS__MATHS float springls__floor(float x)
+{
+    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;
+    return whole > x ? whole - 1.0f : whole;
+}
 
 #endif
 
@@ -1039,6 +1060,13 @@ SPRINGLS__MATHS springls__v3 springls__normalize(springls__v3 a)
 {
     float l2 = springls__length2(a);
     return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);
+}
+
+/* A unit vector perpendicular to n. */
+SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
+{
+    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
+    return springls__normalize(springls__cross(n, axis));
 }
 
 /* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k
@@ -1183,6 +1211,741 @@ SPRINGLS__MATHS springls__v3 springls__tri_centroid(springls__tri t)
     return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);
 }
 
+/* ======== >>model  (kernels_embed/model.h) ===================================================================== */
+/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+
+/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
+typedef struct springls__springl {
+    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
+    springls__v3 p;         /* particle                                                                         */
+    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
+    float reach;            /* max |q[m] - p|                                                                   */
+} springls__springl;
+
+/* The constellation: arrays of `count` elements each. */
+typedef struct springls__constellation {
+    SPRINGLS__GLOBAL springls__springl *s;
+    SPRINGLS__GLOBAL springls__v3 *a;         /* correspondence on the original surface                         */
+    SPRINGLS__GLOBAL uint32_t *id;
+    SPRINGLS__GLOBAL uint32_t *generation;
+    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
+    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */
+    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
+    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
+    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */
+    int count, at_edges; /* at_edges: how many lie at a sharp edge */
+    uint32_t next_id;
+} springls__constellation;
+
+/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
+   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
+#define SPRINGLS__BRICK 8
+#define SPRINGLS__BRICK_VOXELS 512
+#define SPRINGLS__OUTSIDE 0
+#define SPRINGLS__INSIDE 1
+#define SPRINGLS__FIRST_SLOT 2
+#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */
+#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
+
+typedef struct springls__grid {
+    int size[3];                        /* voxels                                                               */
+    int bricks[3];                      /* of the top table                                                     */
+    SPRINGLS__GLOBAL int *top;          /* brick -> slot                                                        */
+    SPRINGLS__GLOBAL int *slot_brick;   /* slot -> brick                                                        */
+    SPRINGLS__GLOBAL int *active;       /* slots in use, ordered by brick: the order of every loop over bricks  */
+    SPRINGLS__GLOBAL int *free_slots;
+    int active_count, free_count, slot_count;
+    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
+    SPRINGLS__GLOBAL float *phi_next;
+    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */
+    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
+    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
+} springls__grid;
+
+/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
+typedef struct springls__cells {
+    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */
+    SPRINGLS__GLOBAL uint32_t *near_first; /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1    */
+    SPRINGLS__GLOBAL uint32_t *near_ids;
+    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */
+    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */
+    float reach;                           /* of the springls that are in cells                                 */
+    int large_count;
+} springls__cells;
+
+#define SPRINGLS__SCRATCHES 8
+
+typedef struct springls__model {
+    springls__constellation set;
+    springls__grid grid;
+    springls__grid reference;           /* phi_ref: top table and phi only                                      */
+    springls__cells cells;
+    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
+    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
+    springls_params params;
+} springls__model;
+
+/* All arrays: name, element, elements that belong together, place in the model. */
+#define SPRINGLS__ARRAYS(X)                                                                                                       \
+    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \
+    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \
+    X(WAS, springls__v3, 1, set.was)                                                                                              \
+    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
+    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
+    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \
+    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \
+    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \
+    X(IDS, uint32_t, 1, cells.ids) X(NEAR_FIRST, uint32_t, 1, cells.near_first) X(NEAR_IDS, uint32_t, 1, cells.near_ids)          \
+    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
+    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
+    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
+    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])
+
+#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
+#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
+
+/* The numbers that one run of a kernel is given besides. */
+typedef struct springls__job { int i[4]; float f[4]; } springls__job;
+
+/* With what follows from q and p. */
+SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)
+{
+    float reach2 = 0.0f;
+    int m;
+    for (m = 0; m < 3; m++) {
+        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
+        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
+    }
+    s.reach = springls__sqrt(reach2);
+    return s;
+}
+
+SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
+{
+    springls__tri t;
+    t.a = s.q[0]; t.b = s.q[1]; t.c = s.q[2];
+    return t;
+}
+
+SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }
+
+/* Does springl i lie at a sharp edge that is to be kept? */
+SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
+
+/* A new springl in place i, at or beyond `count`: its id follows from the place. */
+SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
+{
+    model->set.s[i] = springls__springl_finished(s);
+    model->set.a[i] = a;
+    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
+    model->set.generation[i] = generation;
+    model->set.mask[i] = mask;
+    model->set.part[i] = -1;
+    model->set.edge[i] = 0;
+    model->set.phi[i] = 0.0f;
+    model->set.was[i] = s.p;
+}
+
+/* phi has been made to follow the springls. */
+SPRINGLS__MATHS void springls__phi_in_step_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    model->set.was[i] = model->set.s[i].p;
+}
+
+/* To SCRATCH7: how far a particle has come since then, squared. */
+SPRINGLS__MATHS void springls__way_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.was[i]));
+}
+
+/* The model's numbers, as kernels are given them. */
+typedef struct springls__shape {
+    int size[3], bricks[3], springls, at_edges;
+    uint32_t next_id;
+    int active_count, free_count, slot_count, large_count;
+    float far_value, reference_far_value, reach;
+} springls__shape;
+
+SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
+{
+    springls__shape shape;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        shape.size[axis] = model->grid.size[axis];
+        shape.bricks[axis] = model->grid.bricks[axis];
+    }
+    shape.springls = model->set.count;
+    shape.at_edges = model->set.at_edges;
+    shape.next_id = model->set.next_id;
+    shape.active_count = model->grid.active_count;
+    shape.free_count = model->grid.free_count;
+    shape.slot_count = model->grid.slot_count;
+    shape.large_count = model->cells.large_count;
+    shape.far_value = model->grid.far_value;
+    shape.reference_far_value = model->reference.far_value;
+    shape.reach = model->cells.reach;
+    return shape;
+}
+
+SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape shape)
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];
+        model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];
+    }
+    model->set.count = shape.springls;
+    model->set.at_edges = shape.at_edges;
+    model->set.next_id = shape.next_id;
+    model->grid.active_count = shape.active_count;
+    model->grid.free_count = shape.free_count;
+    model->grid.slot_count = shape.slot_count;
+    model->cells.large_count = shape.large_count;
+    model->grid.far_value = shape.far_value;
+    model->reference.far_value = shape.reference_far_value;
+    model->cells.reach = shape.reach;
+}
+
+/* ======== >>grid  (kernels_embed/grid.h) ======================================================================= */
+/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.
+
+   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the
+   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */
+
+SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
+
+SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)
+{
+    return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));
+}
+
+SPRINGLS__MATHS int springls__slot_at(const springls__grid *g, int x, int y, int z)
+{
+    return g->top[springls__brick_at(g, x, y, z)];
+}
+
+SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
+{
+    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
+}
+
+/* The first voxel of a slot's brick. */
+SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
+{
+    int brick = g->slot_brick[slot];
+    origin[0] = 8 * (brick % g->bricks[0]);
+    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
+    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+}
+
+/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
+   (dx+1) + 3(dy+1) + 9(dz+1). */
+SPRINGLS__MATHS uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+{
+    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
+    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
+    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
+}
+
+/* Value at a voxel of the domain. */
+SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
+{
+    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
+}
+
+SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int y, int z)
+{
+    return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];
+}
+
+/* phi at any voxel; beyond the domain by the border rule above. */
+SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),
+                                   springls__iclamp(z, 0, g->size[2] - 1));
+    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
+}
+
+/* Trilinear value at x, the border rule included. */
+SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
+    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
+    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;
+    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
+    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
+    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);
+        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
+        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
+    } else if (inner) {
+        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+    } else {
+        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+    }
+    return springls__trilinear(corner, u, v, w);
+}
+
+/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */
+SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    float c = springls__grid_sample(g, phi, x);
+    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
+    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
+    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
+    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
+    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
+}
+
+/* Gradient of the trilinear values by central differences over one voxel. */
+SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    const float h = 0.5f;
+    return springls__v3_make(
+        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
+        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
+        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
+}
+
+/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
+#define SPRINGLS__TILE 10
+#define SPRINGLS__TILE_VOXELS 1000
+
+SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
+
+SPRINGLS__MATHS void springls__load_border_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], float *tile)
+{
+    int x, y, z;
+    for (z = -1; z <= 8; z++)
+        for (y = -1; y <= 8; y++)
+            for (x = -1; x <= 8; x++)
+                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
+}
+
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, float *tile)
+{
+    SPRINGLS__GLOBAL const float *inner;
+    int origin[3], x, y, z;
+    springls__slot_origin(g, slot, origin);
+    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
+        || origin[2] + 9 > g->size[2]) {
+        springls__load_border_tile(g, field, origin, tile);
+        return;
+    }
+    for (z = -1; z <= 8; z++) {
+        for (y = -1; y <= 8; y++) {
+            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
+            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);
+            float *out = tile + springls__tile_index(0, y, z);
+            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];
+            inner = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
+            for (x = 0; x < 8; x++) out[x] = inner[x];
+            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];
+        }
+    }
+}
+
+/* One voxel and its six neighbours. */
+typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;
+
+/* The smallest and the largest of the six neighbours. */
+SPRINGLS__MATHS float springls__least(springls__cross7 v)
+{
+    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
+}
+
+SPRINGLS__MATHS float springls__most(springls__cross7 v)
+{
+    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+}
+
+SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)
+{
+    springls__cross7 v;
+    v.c = t[0];
+    v.xm = t[-1];
+    v.xp = t[1];
+    v.ym = t[-SPRINGLS__TILE];
+    v.yp = t[SPRINGLS__TILE];
+    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];
+    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];
+    return v;
+}
+
+/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
+#define SPRINGLS__WIDE_MARGIN 3
+#define SPRINGLS__WIDE 14
+
+typedef struct springls__wide_tile {
+    const springls__grid *g;
+    SPRINGLS__GLOBAL const float *field;
+    int origin[3];
+    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];
+} springls__wide_tile;
+
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__wide_tile *tile)
+{
+    const int m = SPRINGLS__WIDE_MARGIN;
+    int x, y, z;
+    bool border = false;
+    float *out = tile->value;
+    tile->g = g;
+    tile->field = field;
+    for (x = 0; x < 3; x++) {
+        tile->origin[x] = origin[x];
+        border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
+    }
+    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)
+        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {
+            if (border) {
+                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
+            } else {
+                SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+                size_t row = (size_t)springls__voxel_in_brick(0, y, z);
+                SPRINGLS__GLOBAL const float *lower = field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m;
+                SPRINGLS__GLOBAL const float *own = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
+                SPRINGLS__GLOBAL const float *upper = field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row;
+                for (x = 0; x < m; x++) out[x] = lower[x];
+                for (x = 0; x < 8; x++) out[m + x] = own[x];
+                for (x = 0; x < m; x++) out[m + 8 + x] = upper[x];
+            }
+        }
+}
+
+/* Trilinear value at x, in voxels from the brick's first one. */
+SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
+{
+    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
+    const float lower = (float)-m, upper = (float)(7 + m);
+    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
+    const float *t;
+    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
+        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
+        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
+    }
+    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
+    corner[0] = t[0];
+    corner[1] = t[1];
+    corner[2] = t[sy];
+    corner[3] = t[sy + 1];
+    corner[4] = t[sz];
+    corner[5] = t[sz + 1];
+    corner[6] = t[sz + sy];
+    corner[7] = t[sz + sy + 1];
+    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
+}
+
+
+SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }
+
+/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
+SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
+{
+    at[0] = origin[0] + 8 * (d % 3 - 1);
+    at[1] = origin[1] + 8 * (d / 3 % 3 - 1);
+    at[2] = origin[2] + 8 * (d / 9 - 1);
+    return springls__grid_contains(g, at[0], at[1], at[2]);
+}
+
+/* ======== >>omega  (kernels_embed/omega.h) ===================================================================== */
+/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
+
+/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */
+typedef struct springls__tri_plan {
+    springls__tri t;
+    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
+    float inverse_edge2[3], inverse_n2;
+} springls__tri_plan;
+
+SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
+{
+    springls__tri_plan plan;
+    float n2;
+    plan.t = t;
+    plan.n = springls__tri_area2(t);
+    n2 = springls__length2(plan.n);
+    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */
+    plan.edge[0] = springls__sub(t.b, t.a);
+    plan.edge[1] = springls__sub(t.c, t.b);
+    plan.edge[2] = springls__sub(t.a, t.c);
+    plan.side[0] = springls__cross(plan.n, plan.edge[0]);
+    plan.side[1] = springls__cross(plan.n, plan.edge[1]);
+    plan.side[2] = springls__cross(plan.n, plan.edge[2]);
+    plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);
+    plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);
+    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);
+    return plan;
+}
+
+/* Squared distance from x to the segment that starts at a, of vector e. */
+SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)
+{
+    springls__v3 d = springls__sub(x, a);
+    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);
+    return springls__length2(springls__mad(d, e, -s));
+}
+
+/* Squared distance from x to the triangle, without a branch. */
+SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)
+{
+    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);
+    float height = springls__dot(plan.n, da);
+    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),
+                                springls__dot(plan.side[2], dc));
+    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);
+    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);
+    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);
+    float edges = springls__min(springls__min(e0, e1), e2);
+    float face = height * height * plan.inverse_n2;
+    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
+    return use_face > 0.0f ? face : edges;
+}
+
+/* Clips the bricks that come within `margin` of a springl to those of the top table. */
+SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])
+{
+    springls__v3 lower, upper;
+    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
+    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
+    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
+    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
+    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
+    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
+    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
+}
+
+/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row);
+
+/* Exact distance to the springls in active brick `index`, clamped at params.capture. */
+SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int index)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture;
+    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
+    int origin[3], i, y, z;
+    uint32_t k;
+    springls__slot_origin(g, g->active[index], origin);
+    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;
+    for (k = model->cells.near_first[index]; k < model->cells.near_first[index + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
+        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
+        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
+        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
+        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
+        float reach = s->reach * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++)
+                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+    }
+}
+
+/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);
+}
+
+/* ======== >>cells  (kernels_embed/cells.h) ===================================================================== */
+/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in
+   `large` instead, so that one huge triangle does not widen every search. */
+
+/* The cell of a voxel within its brick. */
+SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
+{
+    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
+}
+
+/* The range of bricks within `margin` of p, as far as there are any. */
+SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
+{
+    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
+}
+
+/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
+typedef struct springls__cell_walk {
+    const springls__grid *g;
+    const springls__cells *cells;
+    int lo[3], hi[3], x, y, z;
+    uint32_t next, end;
+    int large;
+} springls__cell_walk;
+
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)
+{
+    springls__cell_walk walk;
+    const springls__grid *g = &model->grid;
+    walk.g = g;
+    walk.cells = &model->cells;
+    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
+    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
+    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
+    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
+    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
+    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
+    walk.x = walk.lo[0];
+    walk.y = walk.lo[1];
+    walk.z = walk.lo[2];
+    walk.next = walk.end = 0;
+    walk.large = 0;
+    return walk;
+}
+
+/* The next springl, or -1 at the end. */
+SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__grid *g = walk->g;
+        SPRINGLS__GLOBAL const uint32_t *cell;
+        int last;
+        if (walk->z > walk->hi[2]) {
+            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;
+        }
+        last = springls__imin(walk->x | 7, walk->hi[0]);
+        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
+        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
+        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
+        walk->x = last + 1;
+        if (walk->x > walk->hi[0]) {
+            walk->x = walk->lo[0];
+            walk->y += SPRINGLS__CELL;
+            if (walk->y > walk->hi[1]) {
+                walk->y = walk->lo[1];
+                walk->z += SPRINGLS__CELL;
+            }
+        }
+    }
+    return (int)walk->cells->ids[walk->next++];
+}
+
+/* All springls whose particle may lie within r of x, and some more. */
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
+{
+    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+}
+
+/* All springls of which some point may lie within `radius` of the box. */
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,
+                                                            float radius)
+{
+    float r = radius + model->cells.reach;
+    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+}
+
+/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */
+#define SPRINGLS__LARGE_KEY 0xffffffffu
+#define SPRINGLS__MISSING_KEY 0xfffffffeu
+
+SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__job job, int i)
+{
+    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
+    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
+    (void)job;
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->reach > reach_cap ? SPRINGLS__LARGE_KEY
+                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
+}
+
+/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */
+SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *cell)
+{
+    uint32_t reach = 0;
+    int y, z;
+    for (z = 0; z < 4; z++)
+        for (y = 0; y < 4; y++, cell += 4)
+            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+    return reach;
+}
+
+/* ======== >>neighbors  (kernels_embed/neighbors.h) ============================================================= */
+/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
+   closest edge of each, nearest first, ties by index. */
+
+/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
+SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)
+{
+    int i = length < room ? length : room - 1;
+    if (length == room && (d2s[i] < d2 || (d2s[i] == d2 && codes[i] < code))) return length;
+    for (; i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code)); i--) {
+        d2s[i] = d2s[i - 1];
+        codes[i] = codes[i - 1];
+    }
+    d2s[i] = d2;
+    codes[i] = code;
+    return length < room ? length + 1 : room;
+}
+
+/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
+   squared; else -1. */
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3]);
+
+/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
+SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
+    const float radius = model->params.neighbor_radius, radius2 = radius * radius;
+    const int room = model->params.max_neighbors;
+    springls__v3 lower, upper, normal = springls__springl_normal(*self);
+    springls__cell_walk walk;
+    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];
+    int length[3] = { 0, 0, 0 }, edge[3], other, m;
+    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
+    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
+    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
+    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));
+    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));
+    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));
+    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));
+    walk = springls__cell_walk_around(model, lower, upper, radius);
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &all[other];
+        float within = radius + o->reach + self->reach;
+        if (other == n) continue;
+        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
+        within = radius + o->reach;
+        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
+            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
+        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
+        springls__nearest_edges(o, self->q, radius2, d2, edge);
+        for (m = 0; m < 3; m++)
+            if (edge[m] >= 0)
+                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
+                                                     d2[m], 3 * other + edge[m]);
+    }
+}
+
+SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+}
+
 /* ======== >>advect  (kernels_embed/advect.h) =================================================================== */
 /* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
 
@@ -1316,6 +2079,224 @@ SPRINGLS__MATHS springls__tri springls__relax_springl(springls__relax_rule rule,
     return out;
 }
 
+SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
+{
+    springls__relax_rule rule;
+    rule.rest = 2.0f * params->particle_radius;
+    rule.radius = params->neighbor_radius;
+    rule.d_max = params->d_max;
+    rule.kappa_int = params->kappa_int;
+    rule.kappa_ext = params->kappa_ext;
+    rule.sharpness = params->sharpness;
+    rule.step_length = params->relax_step_length;
+    rule.step_rotation = params->relax_step_rotation;
+    rule.threshold = (int)params->threshold;
+    rule.weight = (int)params->weight;
+    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
+    return rule;
+}
+
+
+/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all, springls__v3 q, SPRINGLS__GLOBAL const int *codes)
+{
+    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
+        SPRINGLS__GLOBAL const springls__springl *o = &all[codes[k] / 3];
+        int e = codes[k] % 3;
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
+        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
+    }
+    return springls__thresholded(rule, c);
+}
+
+
+/* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    springls__springl s = all[i];
+    springls__tri t = springls__springl_tri(s);
+    (void)job;
+    if (!model->set.mask[i]) {
+        t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),
+                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
+                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
+        s.q[0] = t.a;
+        s.q[1] = t.b;
+        s.q[2] = t.c;
+        s = springls__springl_finished(s);
+    }
+    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;
+}
+
+/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    springls__springl s = model->set.s[i];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
+    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
+    (void)job;
+    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    model->set.s[i] = springls__springl_finished(s);
+}
+
+/* ======== >>winding  (kernels_embed/winding.h) ================================================================= */
+/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+
+/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
+SPRINGLS__MATHS float springls__atan2(float y, float x)
+{
+    float ax = springls__fabs(x), ay = springls__fabs(y);
+    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
+    float r = hi > 0.0f ? lo / hi : 0.0f;
+    float s = r * r;
+    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
+                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
+    if (ay > ax) a = 1.57079633f - a;
+    if (x < 0.0f) a = 3.14159265f - a;
+    return y < 0.0f ? -a : a;
+}
+
+/* The solid angle under which t is seen from x, positive when its normal points away from x. */
+SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
+{
+    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
+    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
+    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
+    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
+    return 2.0f * springls__atan2(volume, angle);
+}
+
+/* ======== >>fan  (kernels_embed/fan.h) ========================================================================= */
+/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
+   two of them opens, springls are missing or the surface ends. */
+
+#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */
+
+typedef struct springls__fan {
+    springls__v3 e1, e2;             /* the tangent frame */
+    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */
+    int count;
+} springls__fan;
+
+SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)
+{
+    springls__fan fan;
+    fan.e1 = springls__any_tangent(n);
+    fan.e2 = springls__cross(n, fan.e1);
+    fan.count = 0;
+    return fan;
+}
+
+/* Adds a neighbour at d from the place; one straight above or below has no direction. */
+SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)
+{
+    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
+    int i;
+    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;
+    angle = springls__atan2(v, u);
+    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
+    fan.angle[i] = angle;
+    fan.count++;
+    return fan;
+}
+
+/* The two largest angles without a neighbour, and the direction that halves the largest. */
+typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;
+
+SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
+{
+    const float turn = 6.28318531f, over_pi = 0.318309886f;
+    springls__opening opening;
+    float from, middle;
+    int i;
+    opening.angle = turn;
+    opening.second = 0.0f;
+    opening.middle = fan.e1;
+    if (fan.count == 0) return opening;
+    from = fan.angle[fan.count - 1];
+    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
+    for (i = 1; i < fan.count; i++) {
+        float angle = fan.angle[i] - fan.angle[i - 1];
+        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
+        if (angle <= opening.angle) continue;
+        opening.angle = angle;
+        from = fan.angle[i - 1];
+    }
+    middle = (from + 0.5f * opening.angle) * over_pi;
+    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
+    return opening;
+}
+
+/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
+   two sides open, its end and a drop nearly all. */
+SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)
+{
+    const float degree = 0.0174532925f;
+    springls__opening opening = springls__fan_opening(fan);
+    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
+}
+
+/* ======== >>around  (kernels_embed/around.h) =================================================================== */
+/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
+
+/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
+{
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    float best = radius * radius;
+    int i, nearest = -1;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float d2, reach = radius + s->reach;
+        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);
+        if (d2 < best || (d2 == best && i < nearest)) {
+            best = d2;
+            nearest = i;
+        }
+    }
+    return nearest;
+}
+
+/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
+SPRINGLS__MATHS springls__opening springls__opening_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
+{
+    springls__fan fan = springls__fan_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
+    }
+    return springls__fan_opening(fan);
+}
+
+/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
+   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
+SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
+{
+    const float r = 2.0f, high = 1.0f, aside = 0.7f;
+    springls__fan fan = springls__fan_begin(n);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
+        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);
+    }
+    return springls__spans_sheet(fan) != 0;
+}
+
 /* ======== >>contract  (kernels_embed/contract.h) =============================================================== */
 /* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */
 
@@ -1369,37 +2350,129 @@ SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls
     return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
 }
 
-/* ======== >>resample  (kernels_embed/resample.h) =============================================================== */
-/* resample.h - splitting at the longest edge (section 4.6). */
-
-/* 0, 1 or 2: the edge from that vertex to the next. */
-SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
+/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
+   grid are far from the zero level. */
+SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
-    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
-    float ca = springls__length2(springls__sub(t.a, t.c));
-    if (ab >= bc && ab >= ca) return 0;
-    return bc >= ca ? 1 : 2;
+    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));
+    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
 }
 
-SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
+SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__job job, int i)
 {
-    return springls__max(springls__length2(springls__sub(t.b, t.a)),
-                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
+    (void)job;
+    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
 }
 
-/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */
-SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
+/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
+   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
+   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
+SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
 {
-    int edge = springls__longest_edge(t);
-    springls__tri turned = t, part;
-    springls__v3 middle;
-    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
-    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
-    middle = springls__lerp(turned.a, turned.b, 0.5f);
-    part.a = second ? middle : turned.a;
-    part.b = second ? turned.b : middle;
-    part.c = turned.c;
-    return part;
+    const float r = 1.6f, ahead = 1.5f;
+    const int enough = 3;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    springls__v3 n = springls__springl_normal(*s);
+    springls__cell_walk walk;
+    int other, beside = 0;
+    if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */
+    if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
+    walk = springls__cell_walk_near(model, s->p, r);
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
+        if (other == i || springls__length2(d) > r * r) continue;
+        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */
+        m = springls__springl_normal(model->set.s[other]);
+        if (springls__is_far_side(d, n, m)) return true;
+        beside += springls__is_beside(d, n, m);
+        if (beside >= enough && model->set.phi[i] > 0.0f) return true;
+    }
+    return false;
+}
+
+/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
+   the projection hold phi near zero. */
+SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
+{
+    const float ahead = 0.75f, deep = -0.2f;
+    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
+}
+
+/* What becomes of a springl. */
+#define SPRINGLS__REMOVE 0
+#define SPRINGLS__KEEP 1
+#define SPRINGLS__RESHAPE 2
+#define SPRINGLS__UNDECIDED 3
+
+/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
+SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    springls__springl s = model->set.s[i];
+    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
+    *fate = SPRINGLS__KEEP;
+    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;
+    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;
+    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), job.f[0], job.f[1], model->params.min_area))
+        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
+}
+
+/* A good shape about the same particle, which keeps its exact path and correspondence. */
+SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__job job, int i)
+{
+    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
+    springls__springl s = model->set.s[i];
+    springls__tri t = springls__springl_tri(s);
+    springls__v3 area2 = springls__tri_area2(t), n;
+    float area = 0.5f * springls__length(area2);
+    (void)job;
+    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;
+    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
+    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
+    s.q[0] = t.a;
+    s.q[1] = t.b;
+    s.q[2] = t.c;
+    model->set.s[i] = springls__springl_finished(s);
+}
+
+/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
+   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */
+SPRINGLS__MATHS uint8_t springls__merged_fate(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
+{
+    const float r = model->params.merge_distance;
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    uint8_t decided = SPRINGLS__KEEP;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        bool older = model->set.generation[other] < model->set.generation[i]
+                  || (model->set.generation[other] == model->set.generation[i] && other < i);
+        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
+        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
+        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        decided = SPRINGLS__UNDECIDED;
+    }
+    return decided;
+}
+
+SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];
+    uint8_t now = fate[i];
+    (void)job;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__merged_fate(model, fate, i) : now;
+}
+
+/* All that are kept so far are undecided. */
+SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    (void)job;
+    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
 }
 
 /* ======== >>fit  (kernels_embed/fit.h) ========================================================================= */
@@ -1418,13 +2491,6 @@ typedef struct springls__fit {
     float right[24];
     int count;
 } springls__fit;
-
-/* A unit vector perpendicular to n. */
-SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
-{
-    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
-    return springls__normalize(springls__cross(n, axis));
-}
 
 SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
 {
@@ -1529,251 +2595,6 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
         result.normal = fit.n;
     }
     return result;
-}
-
-/* ======== >>track  (kernels_embed/track.h) ===================================================================== */
-/* track.h - correspondences stay on the original surface (section 4.7). */
-
-/* eq. 26: one step along the gradient of the signed distance to the original surface. */
-SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
-{
-    return springls__mad(a, gradient, -step * phi);
-}
-
-/* ======== >>omega  (kernels_embed/omega.h) ===================================================================== */
-/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */
-
-/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */
-typedef struct springls__tri_plan {
-    springls__tri t;
-    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
-    float inverse_edge2[3], inverse_n2;
-} springls__tri_plan;
-
-SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
-{
-    springls__tri_plan plan;
-    float n2;
-    plan.t = t;
-    plan.n = springls__tri_area2(t);
-    n2 = springls__length2(plan.n);
-    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */
-    plan.edge[0] = springls__sub(t.b, t.a);
-    plan.edge[1] = springls__sub(t.c, t.b);
-    plan.edge[2] = springls__sub(t.a, t.c);
-    plan.side[0] = springls__cross(plan.n, plan.edge[0]);
-    plan.side[1] = springls__cross(plan.n, plan.edge[1]);
-    plan.side[2] = springls__cross(plan.n, plan.edge[2]);
-    plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);
-    plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);
-    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);
-    return plan;
-}
-
-/* Squared distance from x to the segment that starts at a, of vector e. */
-SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)
-{
-    springls__v3 d = springls__sub(x, a);
-    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);
-    return springls__length2(springls__mad(d, e, -s));
-}
-
-/* Squared distance from x to the triangle, without a branch. */
-SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)
-{
-    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);
-    float height = springls__dot(plan.n, da);
-    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),
-                                springls__dot(plan.side[2], dc));
-    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);
-    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);
-    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);
-    float edges = springls__min(springls__min(e0, e1), e2);
-    float face = height * height * plan.inverse_n2;
-    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
-    return use_face > 0.0f ? face : edges;
-}
-
-/* ======== >>unsigned_to_signed  (kernels_embed/unsigned_to_signed.h) =========================================== */
-/* unsigned_to_signed.h - the side of the springls that a point lies on. */
-
-/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
-   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
-SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)
-{
-    float d2 = springls__tri_distance2(plan, x) + 0.01f;
-    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
-}
-
-/* ======== >>evolve  (kernels_embed/evolve.h) =================================================================== */
-/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
-
-/* One voxel and its six neighbours. */
-typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;
-
-/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
-   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
-SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
-{
-    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
-    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
-    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
-    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
-    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
-    float g2 = x * x + y * y + z * z;
-    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
-                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
-    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
-}
-
-/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
-   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
-   smooth at the surface where omega has a kink. */
-SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)
-{
-    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
-    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
-    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
-    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)
-                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);
-    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);
-}
-
-/* ======== >>topology  (kernels_embed/topology.h) =============================================================== */
-/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
-   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27
-   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,
-   never matters: whether a voxel is simple does not depend on the side it is on. */
-
-SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
-
-/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */
-SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
-{
-    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
-{
-    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
-}
-
-SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
-{
-    return m | (m & 0x003ffffu) << 9 | m >> 9;
-}
-
-/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or
-   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
-{
-    unsigned int faces = mask27 & 0x0415410u;
-    unsigned int near18 = mask27 & 0x2ebdebau;
-    unsigned int part = faces & (~faces + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;
-    }
-    return faces != 0u && (faces & ~part) == 0u;
-}
-
-/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
-{
-    unsigned int outside = ~mask27 & 0x7ffdfffu;
-    unsigned int part = outside & (~outside + 1u), before = 0u;
-    while (part != before) {
-        before = part;
-        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;
-    }
-    return outside != 0u && part == outside;
-}
-
-/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
-{
-    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
-}
-
-/* ======== >>rebuild  (kernels_embed/rebuild.h) ================================================================= */
-/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
-
-/* The smallest and the largest of the six neighbours. */
-SPRINGLS__MATHS float springls__least(springls__cross7 v)
-{
-    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-}
-
-SPRINGLS__MATHS float springls__most(springls__cross7 v)
-{
-    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-}
-
-/* True when a voxel and one of its six neighbours lie on different sides. */
-SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
-{
-    float lo = springls__least(v), hi = springls__most(v);
-    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
-}
-
-/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
-   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
-SPRINGLS__MATHS float springls__slope2(float m, float c, float p)
-{
-    float central = 0.5f * (p - m), left = c - m, right = p - c;
-    float steep = springls__max(springls__fabs(left), springls__fabs(right));
-    float flat = springls__fabs(central);
-    float slope = flat < 0.65f * steep ? steep : flat;
-    return slope * slope;
-}
-
-/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
-   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
-SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
-{
-    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
-    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;
-    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);
-    return v.c / (1.0f + share * excess);
-}
-
-/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26
-   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
-#define SPRINGLS__NEAR 0.577f
-
-SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }
-
-/* First guess for a voxel that gets its distance from its neighbours: it is not near. */
-SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
-{
-    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);
-    return phi < 0.0f ? -d : d;
-}
-
-/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
-SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
-{
-    float a = springls__min(x, springls__min(y, z)), c = springls__max(x, springls__max(y, z));
-    float b = springls__max(springls__min(x, y), springls__min(springls__max(x, y), z));
-    float one = a + 1.0f;
-    float two = 0.5f * (a + b + springls__sqrt(springls__max(2.0f - (a - b) * (a - b), 0.0f)));
-    float sum = a + b + c;
-    float three = (sum + springls__sqrt(springls__max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), 0.0f))) * (1.0f / 3.0f);
-    float d = one > b ? two : one;
-    return d > c ? three : d;
-}
-
-/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26
-   neighbours on the other side (touches): near springls alone are no surface. */
-SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)
-{
-    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
-                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
-                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
-    d = springls__min(d, far_value);
-    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;
-    return v.c < 0.0f ? -d : d;
 }
 
 /* ======== >>project  (kernels_embed/project.h) ================================================================= */
@@ -2093,6 +2914,994 @@ SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, s
     return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));
 }
 
+/* The springls about a place. */
+typedef struct springls__crowd {
+    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];
+    float weight[SPRINGLS__CROWD];
+    int id[SPRINGLS__CROWD], count;
+} springls__crowd;
+
+/* False when it is full. */
+SPRINGLS__MATHS bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
+{
+    int i = crowd->count;
+    if (i == SPRINGLS__CROWD) return false;
+    crowd->p[i] = p;
+    crowd->n[i] = n;
+    crowd->a[i] = a;
+    crowd->weight[i] = weight;
+    crowd->id[i] = id;
+    crowd->count++;
+    return true;
+}
+
+/* narrow, certain: see springls__find_sides. */
+SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)
+{
+    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
+}
+
+/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
+SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)
+{
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+    const float least = 0.3f;
+    int i;
+    crowd->count = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
+        if (i >= known || weight <= 0.0f) continue;
+        if (springls__join(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
+        if (radius < least) return; /* they lie on each other: these will do */
+        radius *= 0.8f;             /* too many: begin again */
+        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+        crowd->count = 0;
+    }
+}
+
+/* One side's surface about x; springl `self` is not asked. */
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
+                                                     int self)
+{
+    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
+    springls__fit_result result;
+    int i;
+    for (i = 0; i < crowd->count; i++)
+        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)
+            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);
+    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
+        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+        result.ok = 0;
+    return result;
+}
+
+/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
+   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
+   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
+                                                   springls__v3 a0, int self, int ways, int at_least)
+{
+    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
+    springls__fit_result fit[SPRINGLS__SIDES], result;
+    float least = FLT_MAX;
+    int side, best = -1, good = 0;
+    for (side = 0; side < sides.count; side++) {
+        float off;
+        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);
+        if (!fit[side].ok) continue;
+        good++;
+        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
+        if (off >= least) continue;
+        least = off;
+        best = side;
+    }
+    result.ok = good >= at_least;
+    result.point = x;
+    result.normal = n;
+    result.a = a0;
+    if (!result.ok) return result;
+    result = fit[best];
+    for (side = 0; side < sides.count; side++) {
+        int convex;
+        float beyond;
+        if (side == best || !fit[side].ok) continue;
+        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
+        if (!(ways & (convex ? 1 : 2))) result.ok = 0;
+        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
+        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
+    }
+    return result;
+}
+
+/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
+                                          springls__fit_result *result)
+{
+    springls__crowd crowd;
+    springls__sides sides;
+    int i, edges = 0;
+    if (model->set.at_edges == 0) return false;
+    springls__gather_crowd(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
+    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];
+    if (edges == 0) return false;
+    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);
+    if (sides.count < 2) return false;
+    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
+    return result->ok != 0;
+}
+
+/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
+SPRINGLS__MATHS springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
+{
+    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
+    springls__v3 p[SPRINGLS__SIDES];
+    float height[SPRINGLS__SIDES];
+    springls__say all;
+    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
+    all.weight = all.distance = 0.0f;
+    if (sides.count == 0) return all;
+    known.count = 0;
+    for (side = 0; side < sides.count; side++) {
+        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
+        float weight = 0.0f, value = 0.0f;
+        for (i = 0; i < crowd->count; i++) {
+            springls__say say;
+            if (springls__side_of(sides, crowd->n[i]) != side) continue;
+            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
+            weight += say.weight;
+            value += say.weight * say.distance;
+            middle = springls__mad(middle, crowd->p[i], say.weight);
+        }
+        if (weight < 1e-3f) continue;
+        p[known.count] = springls__scale(middle, 1.0f / weight);
+        height[known.count] = value / weight;
+        known.normal[known.count++] = sides.normal[side];
+        all.weight += weight;
+    }
+    if (known.count == 0) return all;
+    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
+    if (known.count > 2) {
+        convex[1] = springls__is_convex(p[0], known.normal[0], p[2], known.normal[2]);
+        convex[2] = springls__is_convex(p[1], known.normal[1], p[2], known.normal[2]);
+    }
+    all.distance = springls__height_over_sides(height, known.count, convex);
+    return all;
+}
+
+/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge
+   before in SCRATCH7 ---- */
+
+SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];
+}
+
+/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
+   beside the ones known. */
+SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)
+{
+    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
+    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];
+    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    springls__v3 p = model->set.s[i].p;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
+    bool suspect = false;
+    int other;
+    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {
+        float along = springls__dot(normal[i], normal[other]);
+        if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
+            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
+    }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;
+}
+
+SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)
+{
+    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
+    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
+    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    springls__springl s = model->set.s[i];
+    springls__crowd crowd;
+    springls__fit_result fit;
+    springls__sides sides;
+    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
+    int k;
+    (void)job;
+    model->set.edge[i] = 0;
+    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;
+    springls__gather_crowd(model, s.p, radius, model->set.count, &crowd);
+    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
+    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
+    if (sides.count < 2) return;
+    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
+    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
+    model->set.edge[i] = 1;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;
+}
+
+SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)
+{
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];
+    int m;
+    (void)job;
+    if (!model->set.edge[i] || model->set.mask[i]) return;
+    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
+    model->set.s[i] = springls__springl_finished(s);
+}
+
+/* ======== >>track  (kernels_embed/track.h) ===================================================================== */
+/* track.h - correspondences stay on the original surface (section 4.7). */
+
+/* eq. 26: one step along the gradient of the signed distance to the original surface. */
+SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
+{
+    return springls__mad(a, gradient, -step * phi);
+}
+
+/* eq. 26. */
+SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
+{
+    const springls__grid *g = &model->reference;
+    int i;
+    for (i = 0; i < model->params.track_iterations; i++)
+        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);
+    return a;
+}
+
+/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
+SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
+{
+    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
+    float d2 = springls__tri_distance2(plan, s.p);
+    int m;
+    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s.q[m]));
+    return d2;
+}
+
+/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when
+   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */
+SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)
+{
+    springls__v3 n = springls__springl_normal(s);
+    float radius = model->params.neighbor_radius;
+    int attempt;
+    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
+        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.reach);
+        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
+        float best = FLT_MAX;
+        int other, count = 0;
+        while ((other = springls__cell_walk_next(&walk)) >= 0) {
+            float d2;
+            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */
+            d2 = springls__springl_distance2(s, model->set.s[other]);
+            if (d2 > radius * radius) continue;
+            sum = springls__add(sum, model->set.a[other]);
+            count++;
+            if (d2 < best) {
+                best = d2;
+                nearest = model->set.a[other];
+            }
+        }
+        if (count == 0) continue;
+        sum = springls__scale(sum, 1.0f / (float)count);
+        return springls__length(springls__sub(sum, nearest)) > model->params.nearest_rule ? nearest : sum;
+    }
+    return s.p;
+}
+
+/* The quadratic fit at x over the particles around, springls before `known` only. */
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)
+{
+    const float r = SPRINGLS__FIT_RADIUS;
+    springls__fit fit = springls__fit_begin(x, n, a0);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__fit_result result;
+    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    int other, before;
+    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        springls__v3 a = model->set.a[other];
+        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        before = fit.count;
+        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
+        if (fit.count == before) continue;
+        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
+        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
+    }
+    result = springls__fit_end(fit);
+    if (!result.ok) return result;
+    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
+    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
+                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
+    return result;
+}
+
+SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
+}
+
+/* ======== >>resample  (kernels_embed/resample.h) =============================================================== */
+/* resample.h - splitting at the longest edge (section 4.6). */
+
+/* 0, 1 or 2: the edge from that vertex to the next. */
+SPRINGLS__MATHS int springls__longest_edge(springls__tri t)
+{
+    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));
+    float ca = springls__length2(springls__sub(t.a, t.c));
+    if (ab >= bc && ab >= ca) return 0;
+    return bc >= ca ? 1 : 2;
+}
+
+SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)
+{
+    return springls__max(springls__length2(springls__sub(t.b, t.a)),
+                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));
+}
+
+/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */
+SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
+{
+    int edge = springls__longest_edge(t);
+    springls__tri turned = t, part;
+    springls__v3 middle;
+    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }
+    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }
+    middle = springls__lerp(turned.a, turned.b, 0.5f);
+    part.a = second ? middle : turned.a;
+    part.b = second ? turned.b : middle;
+    part.c = turned.c;
+    return part;
+}
+
+/* A springl that has been split in two; and where the halves have to go. */
+typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
+
+/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
+   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
+SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+{
+    springls__half child;
+    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
+    springls__fit_result fit;
+    int m;
+    child.s = model->set.s[i];
+    child.s.q[0] = t.a;
+    child.s.q[1] = t.b;
+    child.s.q[2] = t.c;
+    child.s.p = springls__tri_centroid(t);
+    child.a = model->set.a[i];
+    child.pad = 0.0f;
+    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
+        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+        if (fit.ok) {
+            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
+            child.s.p = fit.point;
+            child.a = springls__project_on_original(model, fit.a);
+        }
+    }
+    child.s = springls__springl_finished(child.s);
+    return child;
+}
+
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
+{
+    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
+        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
+}
+
+/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
+SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+}
+
+/* To SCRATCH2: the halves of the first job.i[0] of them. */
+SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    halves[2u * at] = springls__child_of(model, i, 0);
+    halves[2u * at + 1u] = springls__child_of(model, i, 1);
+}
+
+/* The first half takes the parent's place, the second goes behind all that were there. */
+SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);
+    springls__half first, second;
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    first = halves[2u * at];
+    second = halves[2u * at + 1u];
+    model->set.generation[i]++;
+    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);
+    model->set.s[i] = first.s;
+    model->set.a[i] = first.a;
+    model->set.was[i] = springls__sub(first.s.p, moved);
+}
+
+/* ======== >>unsigned_to_signed  (kernels_embed/unsigned_to_signed.h) =========================================== */
+/* unsigned_to_signed.h - the side of the springls that a point lies on. */
+
+/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
+   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)
+{
+    float d2 = springls__tri_distance2(plan, x) + 0.01f;
+    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
+}
+
+/* ======== >>evolve  (kernels_embed/evolve.h) =================================================================== */
+/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
+
+/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
+   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
+SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+{
+    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
+    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
+    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);
+    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);
+    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);
+    float g2 = x * x + y * y + z * z;
+    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
+                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
+    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
+}
+
+/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
+   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
+   smooth at the surface where omega has a kink. */
+SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)
+{
+    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
+    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
+    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
+    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)
+                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);
+    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);
+}
+
+/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out);
+
+/* phi_next from phi and omega. */
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];
+    int x, y, z, d;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], phi);
+    springls__load_tile(g, g->omega, g->active[i], omega);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) {
+            int at = springls__tile_index(0, y, z);
+            springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);
+        }
+    if (lambda == 0.0f) return;
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++)
+            for (x = 0; x < 8; x++) {
+                if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;
+                for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];
+                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);
+            }
+}
+
+/* ======== >>topology  (kernels_embed/topology.h) =============================================================== */
+/* topology.h - simple points: voxels that may change sides without changing the topology of the object.
+   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27
+   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,
+   never matters: whether a voxel is simple does not depend on the side it is on. */
+
+SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }
+
+/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */
+SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)
+{
+    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)
+{
+    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;
+}
+
+SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
+{
+    return m | (m & 0x003ffffu) << 9 | m >> 9;
+}
+
+/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or
+   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */
+SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+{
+    unsigned int faces = mask27 & 0x0415410u;
+    unsigned int near18 = mask27 & 0x2ebdebau;
+    unsigned int part = faces & (~faces + 1u), before = 0u;
+    while (part != before) {
+        before = part;
+        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;
+    }
+    return faces != 0u && (faces & ~part) == 0u;
+}
+
+/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */
+SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+{
+    unsigned int outside = ~mask27 & 0x7ffdfffu;
+    unsigned int part = outside & (~outside + 1u), before = 0u;
+    while (part != before) {
+        before = part;
+        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;
+    }
+    return outside != 0u && part == outside;
+}
+
+/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */
+SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+{
+    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
+}
+
+SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    unsigned mask = 0;
+    int d;
+    for (d = 0; d < 27; d++)
+        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
+    return mask;
+}
+
+/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
+   live in phi, which receives what is granted of what phi_next asks for. */
+SPRINGLS__MATHS void springls__colour_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int colour = job.i[0], x, y, z, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    for (z = colour >> 2; z < 8; z += 2)
+        for (y = colour >> 1 & 1; y < 8; y += 2)
+            for (x = colour & 1; x < 8; x += 2) {
+                int v = x + 8 * y + 64 * z;
+                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;
+                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];
+            }
+}
+
+/* What was not granted is taken out of phi_next. */
+SPRINGLS__MATHS void springls__hold_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    int x;
+    (void)job;
+    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
+        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
+}
+
+/* ======== >>rebuild  (kernels_embed/rebuild.h) ================================================================= */
+/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
+
+/* True when a voxel and one of its six neighbours lie on different sides. */
+SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
+{
+    float lo = springls__least(v), hi = springls__most(v);
+    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
+}
+
+/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
+   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
+SPRINGLS__MATHS float springls__slope2(float m, float c, float p)
+{
+    float central = 0.5f * (p - m), left = c - m, right = p - c;
+    float steep = springls__max(springls__fabs(left), springls__fabs(right));
+    float flat = springls__fabs(central);
+    float slope = flat < 0.65f * steep ? steep : flat;
+    return slope * slope;
+}
+
+/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
+   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
+SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
+{
+    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
+    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;
+    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
+}
+
+/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
+   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26
+   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
+#define SPRINGLS__NEAR 0.577f
+
+SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }
+
+/* First guess for a voxel that gets its distance from its neighbours: it is not near. */
+SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
+{
+    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);
+    return phi < 0.0f ? -d : d;
+}
+
+/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
+SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
+{
+    float a = springls__min(x, springls__min(y, z)), c = springls__max(x, springls__max(y, z));
+    float b = springls__max(springls__min(x, y), springls__min(springls__max(x, y), z));
+    float one = a + 1.0f;
+    float two = 0.5f * (a + b + springls__sqrt(springls__max(2.0f - (a - b) * (a - b), 0.0f)));
+    float sum = a + b + c;
+    float three = (sum + springls__sqrt(springls__max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), 0.0f))) * (1.0f / 3.0f);
+    float d = one > b ? two : one;
+    return d > c ? three : d;
+}
+
+/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26
+   neighbours on the other side (touches): near springls alone are no surface. */
+SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)
+{
+    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
+                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
+                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
+    d = springls__min(d, far_value);
+    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;
+    return v.c < 0.0f ? -d : d;
+}
+
+/* Rows of eight voxels; phi points into a tile. */
+SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+
+/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
+SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int y, z;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], tile);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+}
+
+/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int y, z;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], tile);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+}
+
+/* Which of the 27 bricks around (and including) a brick the band reaches. */
+SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi, float half_width)
+{
+    uint32_t reach = 0;
+    int x, y, z;
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) {
+            uint32_t row = 0;
+            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
+            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+        }
+    return reach;
+}
+
+/* To SCRATCH0, one a brick. */
+SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =
+        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
+}
+
+/* ======== >>project_brick  (kernels_embed/project_brick.h) ===================================================== */
+/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
+
+/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
+SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;
+    int in_cells = model->set.count - model->cells.large_count;
+    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
+    springls__springl s = model->set.s[n];
+    (void)job;
+    o->p = s.p;
+    o->n = springls__springl_normal(s);
+    o->moved = springls__sub(s.p, model->set.was[n]);
+    o->edge = springls__at_edge(model, (int)n);
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];
+}
+
+/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
+
+typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
+
+SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
+{
+    if (first == end) return;
+    near_by->first[near_by->count] = first;
+    near_by->end[near_by->count++] = end;
+}
+
+SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model *model, const int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    springls__near_ranges near_by;
+    int x, y, z;
+    near_by.count = 0;
+    for (z = -SPRINGLS__CELL; z < 8 + SPRINGLS__CELL; z += SPRINGLS__CELL)
+        for (y = -SPRINGLS__CELL; y < 8 + SPRINGLS__CELL; y += SPRINGLS__CELL)
+            for (x = -8; x <= 8; x += 8) {
+                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
+                SPRINGLS__GLOBAL const uint32_t *cell;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
+                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
+                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
+                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+            }
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
+    return near_by;
+}
+
+/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */
+#define SPRINGLS__SUM_OFFSET 0
+#define SPRINGLS__SUM_NORMAL 3
+#define SPRINGLS__SUM_MOVED 6
+#define SPRINGLS__SUM_WEIGHT 9
+#define SPRINGLS__SUM_HEIGHT 10
+#define SPRINGLS__SUMS 11
+
+typedef struct springls__brick_sums {
+    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */
+    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */
+    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];
+} springls__brick_sums;
+
+SPRINGLS__MATHS springls__moments springls__moments_load(const springls__brick_sums *sums, int i)
+{
+    springls__moments m;
+    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);
+    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);
+    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);
+    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];
+    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];
+    return m;
+}
+
+/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
+
+/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
+SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out);
+
+/* Does a place in a brick's own voxels come near one of them, along one axis? */
+SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
+
+/* The first and the last of them that it comes near. */
+SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
+
+/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], bool nearest, springls__brick_sums *sums)
+{
+    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
+    int y0, y1, z0, z1, y, z;
+    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
+    y0 = springls__first_near(p.y);
+    y1 = springls__last_near(p.y);
+    z0 = springls__first_near(p.z);
+    z1 = springls__last_near(p.z);
+    offset.x = -p.x;
+    for (z = z0; z <= z1; z++) {
+        offset.z = (float)z - p.z;
+        for (y = y0; y <= y1; y++) {
+            offset.y = (float)y - p.y;
+            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
+            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
+        }
+    }
+}
+
+/* The nearest springl of every voxel, then the sums over those that face the same way. */
+SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
+                                            springls__brick_sums *sums)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k, v;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    for (k = 0; k < 3; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->facing[k][v] = 0.0f;
+    for (k = 0; k < SPRINGLS__SUMS; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->sum[k][v] = 0.0f;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, true, sums);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, false, sums);
+}
+
+SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    if (!model->params.keep_edges || model->set.at_edges == 0) return false;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge) return true;
+    return false;
+}
+
+/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
+SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)
+{
+    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__crowd crowd;
+    springls__say say;
+    int r, k, edges = 0;
+    crowd.count = 0;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
+            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
+            if (weight <= 0.0f) continue;
+            edges += s->edge;
+            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);
+        }
+    if (edges == 0) return false;
+    say = springls__edge_distance(&crowd, x);
+    if (say.weight <= 0.0f) return false;
+    *phi = springls__edge_phi(*phi, say.distance);
+    return true;
+}
+
+/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
+            springls__v3 d = springls__sub(x, s->p);
+            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+        }
+    return false;
+}
+
+/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
+   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
+   thread may break. */
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,
+                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,
+                                           float phi)
+{
+    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
+    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
+    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__projection f;
+    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
+    if (!model->params.project_level_set) return phi;
+    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    f = springls__moments_distance(sum);
+    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+        && springls__in_sheet(model, x, springls__normalize(sum.normal)))
+        return f.distance;
+    return springls__corrected_phi(phi, f);
+}
+
+/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool carry = job.i[0] != 0, some, at_edge;
+    uint8_t in_doubt = 0;
+    springls__brick_sums sums;
+    springls__wide_tile tile;
+    springls__near_ranges near_by;
+    int v, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    near_by = springls__near_brick(model, o);
+    some = near_by.count > 0;
+    at_edge = some && springls__near_edge(model, &near_by);
+    if (some) springls__brick_sums_take(model, &near_by, o, &sums);
+    if (some && carry) springls__load_wide_tile(g, g->phi, o, &tile);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        out[v] = phi[v];
+        if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
+            out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(&sums, v), carry, at_edge, phi[v]);
+        } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
+            out[v] = springls__doubtful(phi[v], g->far_value);
+            in_doubt = 1;
+        }
+    }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = in_doubt;
+}
+
+/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
+SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int y, z, v;
+    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i]) {
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = from[v];
+        return;
+    }
+    springls__load_tile(g, g->phi_next, g->active[i], tile);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job.f[0], out + 8 * y + 64 * z);
+    if (!job.i[0]) return;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
+}
+
+/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int x, y, z, o[3];
+    (void)job;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], tile);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) {
+            const float *phi = tile + springls__tile_index(0, y, z);
+            SPRINGLS__GLOBAL float *row = out + 8 * y + 64 * z;
+            if (!springls__specks_row(phi, row) || !model->params.nucleate) continue;
+            for (x = 0; x < 8; x++) {
+                springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));
+                int n = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
+                if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) row[x] = phi[x];
+            }
+        }
+}
+
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
 /* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.
    Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same
@@ -2234,102 +4043,671 @@ SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, f
                              (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
 }
 
-/* ======== >>winding  (kernels_embed/winding.h) ================================================================= */
-/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */
+/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
+   closing surface half a voxel outside is met too. */
+typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
 
-/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */
-SPRINGLS__MATHS float springls__atan2(float y, float x)
+SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)
 {
-    float ax = springls__fabs(x), ay = springls__fabs(y);
-    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);
-    float r = hi > 0.0f ? lo / hi : 0.0f;
-    float s = r * r;
-    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f
-                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));
-    if (ay > ax) a = 1.57079633f - a;
-    if (x < 0.0f) a = 3.14159265f - a;
-    return y < 0.0f ? -a : a;
-}
-
-/* The solid angle under which t is seen from x, positive when its normal points away from x. */
-SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
-{
-    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);
-    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);
-    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));
-    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;
-    return 2.0f * springls__atan2(volume, angle);
-}
-
-/* ======== >>fan  (kernels_embed/fan.h) ========================================================================= */
-/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
-   two of them opens, springls are missing or the surface ends. */
-
-#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */
-
-typedef struct springls__fan {
-    springls__v3 e1, e2;             /* the tangent frame */
-    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */
-    int count;
-} springls__fan;
-
-SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)
-{
-    springls__fan fan;
-    fan.e1 = springls__any_tangent(n);
-    fan.e2 = springls__cross(n, fan.e1);
-    fan.count = 0;
-    return fan;
-}
-
-/* Adds a neighbour at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)
-{
-    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
-    int i;
-    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;
-    angle = springls__atan2(v, u);
-    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
-    fan.angle[i] = angle;
-    fan.count++;
-    return fan;
-}
-
-/* The two largest angles without a neighbour, and the direction that halves the largest. */
-typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;
-
-SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
-{
-    const float turn = 6.28318531f, over_pi = 0.318309886f;
-    springls__opening opening;
-    float from, middle;
-    int i;
-    opening.angle = turn;
-    opening.second = 0.0f;
-    opening.middle = fan.e1;
-    if (fan.count == 0) return opening;
-    from = fan.angle[fan.count - 1];
-    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */
-    for (i = 1; i < fan.count; i++) {
-        float angle = fan.angle[i] - fan.angle[i - 1];
-        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));
-        if (angle <= opening.angle) continue;
-        opening.angle = angle;
-        from = fan.angle[i - 1];
+    springls__cube_range range;
+    int axis;
+    springls__slot_origin(g, slot, range.origin);
+    for (axis = 0; axis < 3; axis++) {
+        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;
+        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);
     }
-    middle = (from + 0.5f * opening.angle) * over_pi;
-    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));
-    return opening;
+    return range;
 }
 
-/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
-   two sides open, its end and a drop nearly all. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)
+SPRINGLS__MATHS springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)
 {
-    const float degree = 0.0174532925f;
-    springls__opening opening = springls__fan_opening(fan);
-    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
+    return cell;
 }
+
+SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
+{
+    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
+}
+
+SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
+{
+    springls__tri t;
+    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
+    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));
+    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
+    return t;
+}
+
+/* ======== >>fill_from_springls  (kernels_embed/fill_from_springls.h) =========================================== */
+/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */
+
+/* A springl to be. */
+typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;
+
+/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
+#define SPRINGLS__SEED_DISTANCE 0.7f
+#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */
+
+SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
+{
+    const float r = SPRINGLS__SEED_DISTANCE;
+    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
+}
+
+SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)
+{
+    const float r = SPRINGLS__SEED_DISTANCE;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;
+    }
+    return true;
+}
+
+/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
+SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)
+{
+    const float r = SPRINGLS__PROJECT_RADIUS;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, r);
+    float weight = 0.0f, value = 0.0f;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        springls__say say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        weight += say.weight;
+        value += say.weight * say.distance * say.distance;
+    }
+    return weight > 0.0f ? value / weight : FLT_MAX;
+}
+
+/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
+   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
+SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)
+{
+    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
+    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    springls__v3 n = springls__springl_normal(*s), x;
+    springls__opening opening = springls__opening_at(model, s->p, n, range, 1.0f);
+    springls__fit_result fit;
+    springls__seed seed;
+    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
+    seed.ok = 0;
+    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
+    x = springls__mad(s->p, opening.middle, away);
+    if (!springls__has_room(model, x, n)) return seed;
+    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
+    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
+    if (springls__opening_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
+    seed.p = fit.point;
+    seed.n = fit.normal;
+    seed.toward = springls__sub(s->p, fit.point);
+    seed.a = springls__project_on_original(model, fit.a);
+    seed.ok = 1;
+    return seed;
+}
+
+/* To SCRATCH1, and its fate to SCRATCH2. */
+SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)
+{
+    springls__seed seed = springls__seed_beside(model, i);
+    (void)job;
+    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;
+}
+
+/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
+   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
+SPRINGLS__MATHS uint8_t springls__seed_fate(const springls__model *model, int i)
+{
+    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];
+    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];
+    springls__seed seed = seeds[i];
+    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);
+    uint8_t decided = SPRINGLS__KEEP;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        if (other >= i || fate[other] == SPRINGLS__REMOVE || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        decided = SPRINGLS__UNDECIDED;
+    }
+    return decided;
+}
+
+SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)
+{
+    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];
+    (void)job;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_fate(model, i) : now;
+}
+
+/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
+SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
+}
+
+/* The first job.i[0] accepted seeds become springls. */
+SPRINGLS__MATHS void springls__plant_element(const springls__model *model, springls__job job, int i)
+{
+    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
+    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    springls__springl s;
+    springls__tri t;
+    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
+    t = springls__equilateral(seed.p, seed.n, seed.toward, area);
+    s.q[0] = t.a;
+    s.q[1] = t.b;
+    s.q[2] = t.c;
+    s.p = seed.p;
+    springls__springl_add(model, model->set.count + (int)at, s, seed.a, model->set.generation[i] + 1u, 0);
+}
+
+/* ======== >>fill_gaps  (kernels_embed/fill_gaps.h) ============================================================= */
+/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+
+/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
+   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
+SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)
+{
+    const float r = springls__max(on_sheets, covered);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
+    float nearest2 = FLT_MAX;
+    bool sheet = false;
+    int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float reach = r + s->reach;
+        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));
+        if (nearest2 <= covered * covered) return false;
+        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
+    }
+    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
+}
+
+#define SPRINGLS__CUBES 729 /* a brick */
+
+/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    float tile[SPRINGLS__TILE_VOXELS];
+    uint32_t count = 0u;
+    int x, y, z, k;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
+    for (k = 0; k < SPRINGLS__CUBES; k++) exposed[k] = 0;
+    for (z = range.lo[2]; z <= range.hi[2]; z++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++)
+            for (x = range.lo[0]; x <= range.hi[0]; x++) {
+                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+                int mask = springls__mc_case(cell);
+                for (k = 0; k < springls__mc_count(mask); k++) {
+                    springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
+                    if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
+                    exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
+                    count++;
+                }
+            }
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = count;
+}
+
+/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
+SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
+    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    float tile[SPRINGLS__TILE_VOXELS];
+    bool loaded = false;
+    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
+        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
+        springls__mc_cell cell;
+        if (!exposed[cube]) continue;
+        if (!loaded) springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
+        loaded = true;
+        cell = springls__tile_cube(tile, x, y, z);
+        for (k = 0; k < 8; k++) {
+            springls__springl s;
+            springls__tri t;
+            if (!(exposed[cube] >> k & 1)) continue;
+            if (at == job.i[0]) return;
+            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
+            s.q[0] = t.a;
+            s.q[1] = t.b;
+            s.q[2] = t.c;
+            s.p = springls__tri_centroid(t);
+            springls__springl_add(model, model->set.count + at++, s, s.p, 1u, 0);
+        }
+    }
+}
+
+/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
+SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, springls__job job, int i)
+{
+    int first = job.i[0], n = first + i, m;
+    springls__springl s = model->set.s[n];
+    springls__v3 a = springls__adopt_correspondence(model, s, first);
+    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
+        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
+        if (fit.ok) {
+            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
+            s.p = fit.point;
+            a = fit.a;
+        }
+    }
+    model->set.s[n] = s;
+    model->set.a[n] = springls__project_on_original(model, a);
+    model->set.was[n] = s.p; /* it has been placed, not moved */
+}
+
+/* ======== >>kernels  (kernels_embed/kernels.h) ================================================================= */
+/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
+   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
+   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
+
+/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
+#define SPRINGLS__KERNELS(X)                                                                          \
+    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
+    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
+    X(orient, 256, SPRINGLS__BIT(S))                                                                \
+    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
+    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
+    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
+    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
+    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
+    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
+    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
+    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
+    X(track, 256, SPRINGLS__BIT(A))                                                                 \
+    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
+    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
+    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
+    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
+    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
+    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
+    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
+    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
+    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
+    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
+    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
+    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
+    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
+    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
+    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
+    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+
+/* Those whose loop is in lanes_*.h. */
+#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
+    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+
+/* ======== >>lanes  (src/lanes.h) =============================================================================== */
+/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
+   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
+   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
+
+#if defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
+#if defined(__AVX2__)
+#include <immintrin.h>
+#define SPRINGLS__LANES 8
+#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps
+typedef __m256 springls__simd;
+#else
+#define SPRINGLS__LANES 4
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#define SPRINGLS__SIMD(operation) _mm_##operation##_ps
+typedef __m128 springls__simd;
+#endif
+#endif
+
+#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline
+
+typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
+typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
+typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
+
+typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
+
+SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
+
+SPRINGLS__LANE springls__vec springls__vec_all(float x)
+{
+    springls__vec v = { 0 };
+    return x - v; /* x + 0 would lose the sign of -0 */
+}
+
+SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)
+{
+    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
+}
+
+/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);
+#else
+    return springls__vec_select(a < b, a, b);
+#endif
+}
+
+SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);
+#else
+    return springls__vec_select(a > b, a, b);
+#endif
+}
+
+SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
+{
+    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
+}
+
+SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
+{
+    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
+    return (springls__vec)((springls__vmask)x & ~sign);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);
+#else
+    springls__vec r = x;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);
+    return r;
+#endif
+}
+
+/* x rounded down, for |x| < 2^31. */
+SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
+{
+    springls__vec t = __builtin_convertvector(__builtin_convertvector(x, springls__vmask), springls__vec);
+    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
+}
+
+SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
+{
+#if defined(SPRINGLS__SIMD)
+    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;
+#else
+    int i, any = 0;
+    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
+    return any != 0;
+#endif
+}
+
+SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
+{
+    springls__vec3 r;
+    r.x = springls__vec_all(v.x);
+    r.y = springls__vec_all(v.y);
+    r.z = springls__vec_all(v.z);
+    return r;
+}
+
+SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)
+{
+    a.x += b.x;
+    a.y += b.y;
+    a.z += b.z;
+    return a;
+}
+
+SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)
+{
+    a.x -= b.x;
+    a.y -= b.y;
+    a.z -= b.z;
+    return a;
+}
+
+SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)
+{
+    a.x *= s;
+    a.y *= s;
+    a.z *= s;
+    return a;
+}
+
+/* a + s b */
+SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)
+{
+    a.x += b.x * s;
+    a.y += b.y * s;
+    a.z += b.z * s;
+    return a;
+}
+
+SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)
+{
+    springls__vec3 r;
+    r.x = a.y * b.z - a.z * b.y;
+    r.y = a.z * b.x - a.x * b.z;
+    r.z = a.x * b.y - a.y * b.x;
+    return r;
+}
+
+SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }
+
+SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
+{
+    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);
+    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);
+    springls__vmask some = l2 > springls__vec_all(1e-30f);
+    a = springls__vec3_scale(a, s);
+    a.x = springls__vec_select(some, a.x, zero);
+    a.y = springls__vec_select(some, a.y, zero);
+    a.z = springls__vec_select(some, a.z, zero);
+    return a;
+}
+
+/* 2^k for whole k in [-126, 127]. */
+SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
+{
+    return (springls__vec)((__builtin_convertvector(k, springls__vmask) + 127) << 23);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)
+{
+    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);
+    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
+    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
+                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
+    return e * springls__vec_power2(k);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)
+{
+    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);
+    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));
+    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));
+    t = springls__vec_select(x < 0.0f, -t, t);
+    return springls__vec_select(a < 0.25f, series, t);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)
+{
+    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
+                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
+    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);
+}
+
+SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }
+
+SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
+{
+    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
+    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
+    d = springls__vec3_mad(d, along, -s);
+    return springls__vec3_dot(d, d);
+}
+
+#endif
+
+/* ======== >>rows  (kernels_embed/rows.h) ======================================================================= */
+/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */
+
+#ifndef SPRINGLS__LANES
+
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+{
+    int e, m;
+    for (m = 0; m < 3; m++) {
+        d2[m] = radius2;
+        edge[m] = -1;
+        for (e = 0; e < 3; e++) {
+            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);
+            if (d >= d2[m]) continue;
+            d2[m] = d;
+            edge[m] = e;
+        }
+    }
+}
+
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
+        float within = row[i] + reach;
+        if (springls__length2(springls__sub(at, center)) >= within * within) continue;
+        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
+    }
+}
+
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                     SPRINGLS__GLOBAL const float *omega, float *side)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
+        float within = omega[i] + 0.5f + reach;
+        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
+    }
+}
+
+SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
+        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];
+    }
+}
+
+/* Is one of the 26 neighbours on the other side? */
+SPRINGLS__MATHS bool springls__touches(const float *t)
+{
+    int i;
+    for (i = 0; i < 27; i++)
+        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;
+    return false;
+}
+
+SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        float d = springls__interface_distance(v);
+        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));
+        out[i] = own ? d : springls__distance_guess(v.c, far_value);
+    }
+}
+
+SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
+}
+
+SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i++) {
+        out[i] = springls__without_speck(springls__tile_cross(phi + i));
+        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
+    }
+    return some;
+}
+
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i++) {
+        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
+        if (d2 >= sums->nearest2[i]) continue;
+        sums->nearest2[i] = d2;
+        sums->facing[0][i] = s.n.x;
+        sums->facing[1][i] = s.n.y;
+        sums->facing[2][i] = s.n.z;
+    }
+}
+
+SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)
+{
+    const springls__v3 *from[3];
+    int k;
+    from[0] = &m.offset;
+    from[1] = &m.normal;
+    from[2] = &m.moved;
+    for (k = 0; k < 3; k++) {
+        sums->sum[3 * k][i] = from[k]->x;
+        sums->sum[3 * k + 1][i] = from[k]->y;
+        sums->sum[3 * k + 2][i] = from[k]->z;
+    }
+    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;
+    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;
+}
+
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    int i;
+    for (i = row; i < row + 8; i++) {
+        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);
+        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
+        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
+    }
+}
+
+SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
+}
+
+#endif
 
 /* what a context holds */
 
@@ -2355,68 +4733,16 @@ SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)
 #define SPRINGLS__PRINTF(text, first)
 #endif
 
-/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
-typedef struct springls__springl {
-    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
-    springls__v3 p;         /* particle                                                                         */
-    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
-    float reach;            /* max |q[m] - p|                                                                   */
-} springls__springl;
-
-enum { SPRINGLS__MAX_NEIGHBORS = 8 }; /* edges a vertex: the paper's limit, and a register of eight lanes */
-
 /* A growable array from the context's allocator. */
 typedef struct springls__buffer { void *data; size_t bytes; } springls__buffer;
 
-/* The constellation: arrays of `count` elements each. */
-typedef struct springls__constellation {
-    springls__springl *s;
-    springls__v3 *a;        /* correspondence on the original surface                                           */
-    uint32_t *id;
-    uint32_t *generation;
-    uint8_t *mask;          /* 1: does not relax                                                                */
-    int32_t *part;          /* the component it was part of when volumes were last locked; -1: none known       */
-    uint8_t *edge;          /* 1: lies at a sharp edge, as of the last step (edges.h)                           */
-    float *phi;             /* the level set at p, when it was last in step with p (phi_n of eq. 27)             */
-    springls__v3 *was;      /* where the particle was when phi was last in step with it                          */
-    int count;
-    uint32_t next_id;
-    springls__buffer s_memory, a_memory, id_memory, generation_memory, mask_memory, part_memory, edge_memory, phi_memory, was_memory;
-} springls__constellation;
-
-/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
-   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
-enum { SPRINGLS__BRICK = 8, SPRINGLS__BRICK_VOXELS = 512, SPRINGLS__OUTSIDE = 0, SPRINGLS__INSIDE = 1,
-       SPRINGLS__FIRST_SLOT = 2,
-       SPRINGLS__CELL = 2, SPRINGLS__CELLS = 65 }; /* a cell of springls is two voxels wide; 64 a brick, and one more */
-
-typedef struct springls__grid {
-    int size[3];            /* voxels                                                                           */
-    int bricks[3];          /* of the top table                                                                 */
-    int *top;               /* brick -> slot                                                                    */
-    int *slot_brick;        /* slot -> brick                                                                    */
-    int *active;            /* slots in use, ordered by brick: the order of every loop over bricks              */
-    int *free_slots;
-    int active_count, free_count, slot_count;
-    float *phi;             /* 512 a slot                                                                       */
-    float *phi_next;
-    float *omega;           /* distance to the springls, clamped at params.capture; below 0: unknown            */
-    uint32_t *cell;         /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1]             */
-    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                            */
-    springls__buffer top_memory, slot_memory, active_memory, free_memory;
-    springls__buffer phi_memory, next_memory, omega_memory, cell_memory;
-} springls__grid;
-
-/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
-typedef struct springls__cells {
-    uint32_t *ids;          /* ascending within a cell                                                          */
-    uint32_t *near_first;   /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1                   */
-    uint32_t *near_ids;
-    float reach;            /* of the springls that are in cells; larger ones are in `large` only               */
-    uint32_t *large;
-    int large_count;
-    springls__buffer ids_memory, near_first_memory, near_memory, large_memory, key_memory;
-} springls__cells;
+/* The arrays of the model by number. */
+typedef enum springls__array {
+#define SPRINGLS__ARRAY_NUMBER(name, type, block, member) SPRINGLS__ARRAY_##name,
+    SPRINGLS__ARRAYS(SPRINGLS__ARRAY_NUMBER)
+#undef SPRINGLS__ARRAY_NUMBER
+    SPRINGLS__ARRAY_COUNT
+} springls__array;
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
    0, the parent of nodes first and first+1. Children follow their parents. */
@@ -2439,18 +4765,13 @@ typedef struct springls__surface {
 
 struct springls_context {
     springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
-    springls_params params;
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
     double to_voxel[12];
     float smallest_spacing, largest_spacing;
-    springls__constellation set;
-    springls__grid grid;
-    springls__grid reference; /* phi_ref: top table and phi only                                                */
+    springls__model model;
+    springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
     springls__surface original;
-    springls__surface model;  /* the springls themselves, for closest and ray queries                           */
-    springls__cells cells;
-    springls__buffer scratch[8]; /* working memory of the stage that runs, grown and kept                       */
-    springls__buffer neighbors;
+    springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
     springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
@@ -2531,8 +4852,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
 }
 
 /* Makes room for count elements; keeps the first `keep` bytes. Grows by half again so that repeated growth is cheap. */
-SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__buffer *buffer, size_t count,
-                                            size_t element, size_t keep)
+SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
+                                                   size_t element, size_t keep)
 {
     size_t bytes;
     void *memory;
@@ -2556,12 +4877,48 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
     buffer->bytes = 0;
 }
 
-/* Working memory number `index` of the running stage, at least count elements; contents are undefined. */
+/* The model's pointers, after memory has moved. */
+SPRINGLS__FN void springls__bind(springls_context *ctx)
+{
+#define SPRINGLS__BIND(name, type, block, member) ctx->model.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+    SPRINGLS__ARRAYS(SPRINGLS__BIND)
+#undef SPRINGLS__BIND
+}
+
+SPRINGLS__FN size_t springls__element_size(springls__array array)
+{
+#define SPRINGLS__SIZE(name, type, block, member) sizeof(type) * (block),
+    static const size_t sizes[] = { SPRINGLS__ARRAYS(SPRINGLS__SIZE) 0 };
+#undef SPRINGLS__SIZE
+    return sizes[array];
+}
+
+/* Room for count elements of an array of the model; keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__array array, size_t count, size_t keep)
+{
+    size_t element = springls__element_size(array);
+    springls_status status = springls__buffer_grow(ctx, &ctx->memory[array], count ? count : 1, element, keep * element);
+    springls__bind(ctx);
+    return status;
+}
+
+/* Working memory `index` of the running stage, at least count elements; contents are undefined. */
 SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
 {
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->scratch[index], count ? count : 1, element, 0));
-    *out = ctx->scratch[index].data;
+    springls__buffer *buffer = &ctx->memory[SPRINGLS__ARRAY_SCRATCH0 + index];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, buffer, count ? count : 1, element, 0));
+    springls__bind(ctx);
+    if (out) *out = buffer->data;
     return SPRINGLS_OK;
+}
+
+/* Two arrays of one size change places. */
+SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
+{
+    springls__buffer memory = ctx->memory[a];
+    ctx->memory[a] = ctx->memory[b];
+    ctx->memory[b] = memory;
+    springls__bind(ctx);
 }
 
 /* Runs task over [0, count) through the caller's job system, OpenMP, or here. Every task writes only what its own
@@ -2780,949 +5137,38 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     return p->initial_stride == 3 ? "initial_stride" : NULL; /* does not divide a brick */
 }
 
-/* ======== >>constellation  (src/constellation.h) =============================================================== */
-/* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
+/* ======== >>kernels  (src/kernels.h) =========================================================================== */
+/* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
 
-/* Fills what follows from q and p. */
-SPRINGLS__FN void springls__springl_finish(springls__springl *s)
-{
-    float reach2 = 0.0f;
-    int m;
-    for (m = 0; m < 3; m++) {
-        s->inverse_edge2[m] = springls__inverse_length2(s->q[m], s->q[m == 2 ? 0 : m + 1]);
-        reach2 = springls__max(reach2, springls__length2(springls__sub(s->q[m], s->p)));
+#define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(WAS) - SPRINGLS__BIT(S)) /* all of the constellation */
+
+typedef enum springls__kernel {
+#define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+#undef SPRINGLS__KERNEL_NUMBER
+    SPRINGLS__KERNEL_COUNT
+} springls__kernel;
+
+typedef struct springls__kernel_facts {
+    const char *name;
+    void (*range)(const springls__model *model, springls__job job, int begin, int end);
+    int grain;
+    uint64_t writes;
+} springls__kernel_facts;
+
+#define SPRINGLS__RANGE(name)                                                                                            \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
     }
-    s->reach = springls__sqrt(reach2);
-}
-
-SPRINGLS__FN springls__tri springls__springl_tri(const springls__springl *s)
-{
-    springls__tri t;
-    t.a = s->q[0]; t.b = s->q[1]; t.c = s->q[2];
-    return t;
-}
-
-SPRINGLS__FN springls__v3 springls__springl_normal(const springls__springl *s)
-{
-    return springls__tri_normal(springls__springl_tri(s));
-}
-
-/* Room for count springls, keeping those that are there. */
-SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
-{
-    springls__constellation *set = &ctx->set;
-    size_t n = (size_t)count, kept = (size_t)set->count;
-    SPRINGLS__TRY(springls__grow(ctx, &set->s_memory, n, sizeof *set->s, kept * sizeof *set->s));
-    set->s = (springls__springl *)set->s_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &set->a_memory, n, sizeof *set->a, kept * sizeof *set->a));
-    set->a = (springls__v3 *)set->a_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &set->id_memory, n, sizeof *set->id, kept * sizeof *set->id));
-    set->id = (uint32_t *)set->id_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &set->generation_memory, n, sizeof *set->generation, kept * sizeof *set->generation));
-    set->generation = (uint32_t *)set->generation_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &set->mask_memory, n, sizeof *set->mask, kept * sizeof *set->mask));
-    set->mask = (uint8_t *)set->mask_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &set->part_memory, n, sizeof *set->part, kept * sizeof *set->part));
-    set->part = (int32_t *)set->part_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &set->edge_memory, n, sizeof *set->edge, kept * sizeof *set->edge));
-    set->edge = (uint8_t *)set->edge_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &set->phi_memory, n, sizeof *set->phi, kept * sizeof *set->phi));
-    set->phi = (float *)set->phi_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &set->was_memory, n, sizeof *set->was, kept * sizeof *set->was));
-    set->was = (springls__v3 *)set->was_memory.data;
-    return SPRINGLS_OK;
-}
-
-/* Appends one springl with a fresh id; room must have been reserved. */
-SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const springls__springl *s, springls__v3 a,
-                                                uint32_t generation, uint8_t mask)
-{
-    springls__constellation *set = &ctx->set;
-    int i = set->count++;
-    SPRINGLS_ASSERT((size_t)i < set->was_memory.bytes / sizeof *set->was); /* the last array to be grown */
-    set->s[i] = *s;
-    springls__springl_finish(&set->s[i]);
-    set->a[i] = a;
-    set->id[i] = set->next_id++;
-    set->generation[i] = generation;
-    set->mask[i] = mask;
-    set->part[i] = -1;
-    set->edge[i] = 0;
-    set->phi[i] = 0.0f;
-    set->was[i] = s->p;
-    return i;
-}
-
-/* Drops every springl with keep[i] == 0; the others stay in order. Returns how many went. */
-SPRINGLS__FN int springls__constellation_compact(springls_context *ctx, const uint8_t *keep)
-{
-    springls__constellation *set = &ctx->set;
-    int i, n = 0, count = set->count;
-    for (i = 0; i < count; i++) {
-        if (!keep[i]) continue;
-        if (n != i) {
-            set->s[n] = set->s[i];
-            set->a[n] = set->a[i];
-            set->id[n] = set->id[i];
-            set->generation[n] = set->generation[i];
-            set->mask[n] = set->mask[i];
-            set->part[n] = set->part[i];
-            set->edge[n] = set->edge[i];
-            set->phi[n] = set->phi[i];
-            set->was[n] = set->was[i];
-        }
-        n++;
-    }
-    set->count = n;
-    return count - n;
-}
-
-/* Does springl i lie at a sharp edge that is to be kept? */
-SPRINGLS__FN bool springls__at_edge(const springls_context *ctx, int i) { return ctx->params.keep_edges && ctx->set.edge[i]; }
-
-/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
-SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
-{
-    int i;
-    for (i = 0; i < ctx->set.count; i++) ctx->set.was[i] = ctx->set.s[i].p;
-}
-
-/* The longest way of any particle since then, voxels. */
-SPRINGLS__FN float springls__way_since_phi(const springls_context *ctx)
-{
-    float way2 = 0.0f;
-    int i;
-    for (i = 0; i < ctx->set.count; i++) way2 = springls__max(way2, springls__length2(springls__sub(ctx->set.s[i].p, ctx->set.was[i])));
-    return springls__sqrt(way2);
-}
-
-/* To be called after anything that moves springls. */
-SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
-{
-    ctx->cells_fresh = false;
-    ctx->omega_fresh = false;
-    ctx->model_fresh = false;
-}
-
-/* To be called after anything that adds, removes or replaces springls. */
-SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
-{
-    springls__constellation_moved(ctx);
-    ctx->neighbors_age = -1;
-}
-
-SPRINGLS__FN void springls__constellation_free(springls_context *ctx)
-{
-    springls__constellation *set = &ctx->set;
-    springls__buffer_free(ctx, &set->s_memory);
-    springls__buffer_free(ctx, &set->a_memory);
-    springls__buffer_free(ctx, &set->id_memory);
-    springls__buffer_free(ctx, &set->generation_memory);
-    springls__buffer_free(ctx, &set->mask_memory);
-    springls__buffer_free(ctx, &set->part_memory);
-    springls__buffer_free(ctx, &set->edge_memory);
-    springls__buffer_free(ctx, &set->phi_memory);
-    springls__buffer_free(ctx, &set->was_memory);
-    memset(set, 0, sizeof *set);
-}
-
-/* ======== >>grid  (src/grid.h) ================================================================================= */
-/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.
-
-   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the
-   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */
-
-SPRINGLS__FN int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
-
-SPRINGLS__FN int springls__brick_at(const springls__grid *g, int x, int y, int z)
-{
-    return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));
-}
-
-SPRINGLS__FN int springls__slot_at(const springls__grid *g, int x, int y, int z)
-{
-    return g->top[springls__brick_at(g, x, y, z)];
-}
-
-/* The first voxel of a slot's brick. */
-SPRINGLS__FN void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
-{
-    int brick = g->slot_brick[slot];
-    origin[0] = 8 * (brick % g->bricks[0]);
-    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
-    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
-}
-
-/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
-   (dx+1) + 3(dy+1) + 9(dz+1). */
-SPRINGLS__FN uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
-{
-    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
-    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
-    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
-}
-
-/* Value at a voxel of the domain. */
-SPRINGLS__FN float springls__grid_voxel(const springls__grid *g, const float *field, int x, int y, int z)
-{
-    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
-}
-
-SPRINGLS__FN bool springls__grid_contains(const springls__grid *g, int x, int y, int z)
-{
-    return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];
-}
-
-/* phi at any voxel; beyond the domain by the border rule above. */
-SPRINGLS__FN float springls__grid_phi(const springls__grid *g, const float *phi, int x, int y, int z)
-{
-    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),
-                                   springls__iclamp(z, 0, g->size[2] - 1));
-    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
-}
-
-/* Trilinear value at x, the border rule included. */
-SPRINGLS__FN float springls__grid_sample(const springls__grid *g, const float *phi, springls__v3 x)
-{
-    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
-    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
-    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;
-    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
-    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
-    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
-        const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);
-        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
-        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
-    } else if (inner) {
-        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
-    } else {
-        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
-    }
-    return springls__trilinear(corner, u, v, w);
-}
-
-/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */
-SPRINGLS__FN float springls__grid_sample_smooth(const springls__grid *g, const float *phi, springls__v3 x)
-{
-    float c = springls__grid_sample(g, phi, x);
-    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
-    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
-    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
-    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
-    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
-}
-
-/* Gradient of the trilinear values by central differences over one voxel. */
-SPRINGLS__FN springls__v3 springls__grid_gradient(const springls__grid *g, const float *phi, springls__v3 x)
-{
-    const float h = 0.5f;
-    return springls__v3_make(
-        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
-}
-
-/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
-enum { SPRINGLS__TILE = 10, SPRINGLS__TILE_VOXELS = 1000 };
-
-SPRINGLS__FN int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
-
-SPRINGLS__FN void springls__load_border_tile(const springls__grid *g, const float *field, const int origin[3], float *tile)
-{
-    int x, y, z;
-    for (z = -1; z <= 8; z++)
-        for (y = -1; y <= 8; y++)
-            for (x = -1; x <= 8; x++)
-                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
-}
-
-SPRINGLS__FN void springls__load_tile(const springls__grid *g, const float *field, int slot, float *tile)
-{
-    int origin[3], y, z;
-    springls__slot_origin(g, slot, origin);
-    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
-        || origin[2] + 9 > g->size[2]) {
-        springls__load_border_tile(g, field, origin, tile);
-        return;
-    }
-    for (z = -1; z <= 8; z++) {
-        for (y = -1; y <= 8; y++) {
-            const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
-            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);
-            float *out = tile + springls__tile_index(0, y, z);
-            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];
-            memcpy(out, field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row, 8 * sizeof *out);
-            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];
-        }
-    }
-}
-
-SPRINGLS__FN springls__cross7 springls__tile_cross(const float *t)
-{
-    springls__cross7 v;
-    v.c = t[0];
-    v.xm = t[-1];
-    v.xp = t[1];
-    v.ym = t[-SPRINGLS__TILE];
-    v.yp = t[SPRINGLS__TILE];
-    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];
-    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];
-    return v;
-}
-
-SPRINGLS__FN void springls__swap_fields(float **a, springls__buffer *a_memory, float **b, springls__buffer *b_memory)
-{
-    springls__buffer memory = *a_memory;
-    float *field = *a;
-    *a_memory = *b_memory;
-    *a = *b;
-    *b_memory = memory;
-    *b = field;
-}
-
-/* What was written becomes the field. */
-SPRINGLS__FN void springls__swap_phi(springls__grid *g) { springls__swap_fields(&g->phi, &g->phi_memory, &g->phi_next, &g->next_memory); }
-
-/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
-enum { SPRINGLS__WIDE_MARGIN = 3, SPRINGLS__WIDE = 8 + 2 * SPRINGLS__WIDE_MARGIN };
-
-typedef struct springls__wide_tile {
-    const springls__grid *g;
-    const float *field;
-    int origin[3];
-    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];
-} springls__wide_tile;
-
-SPRINGLS__FN void springls__load_wide_tile(const springls__grid *g, const float *field, const int origin[3], springls__wide_tile *tile)
-{
-    const int m = SPRINGLS__WIDE_MARGIN;
-    int x, y, z;
-    bool border = false;
-    float *out = tile->value;
-    tile->g = g;
-    tile->field = field;
-    memcpy(tile->origin, origin, sizeof tile->origin);
-    for (x = 0; x < 3; x++) border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
-    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)
-        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {
-            if (border) {
-                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
-            } else {
-                const int *top = g->top + springls__brick_at(g, origin[0], y, z);
-                size_t row = (size_t)springls__voxel_in_brick(0, y, z);
-                memcpy(out, field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m, (size_t)m * sizeof *out);
-                memcpy(out + m, field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row, 8 * sizeof *out);
-                memcpy(out + m + 8, field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row, (size_t)m * sizeof *out);
-            }
-        }
-}
-
-/* Trilinear value at x, in voxels from the brick's first one. */
-SPRINGLS__FN float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
-{
-    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
-    const float lower = (float)-m, upper = (float)(7 + m);
-    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
-    const float *t;
-    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
-        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
-        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
-    }
-    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
-    corner[0] = t[0];
-    corner[1] = t[1];
-    corner[2] = t[sy];
-    corner[3] = t[sy + 1];
-    corner[4] = t[sz];
-    corner[5] = t[sz + 1];
-    corner[6] = t[sz + sy];
-    corner[7] = t[sz + sy + 1];
-    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
-}
-
-SPRINGLS__FN void springls__fill(float *field, int slot, float value)
-{
-    float *brick = field + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    int i;
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
-}
-
-/* Room for `slots` slots. A reference grid (omega_memory unused) has phi only. */
-SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, springls__grid *g, int slots, bool phi_only)
-{
-    size_t n = (size_t)slots, used = (size_t)g->slot_count, brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    SPRINGLS__TRY(springls__grow(ctx, &g->slot_memory, n, sizeof(int), used * sizeof(int)));
-    g->slot_brick = (int *)g->slot_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &g->active_memory, n, sizeof(int), (size_t)g->active_count * sizeof(int)));
-    g->active = (int *)g->active_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &g->free_memory, n, sizeof(int), (size_t)g->free_count * sizeof(int)));
-    g->free_slots = (int *)g->free_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &g->phi_memory, n, brick, used * brick));
-    g->phi = (float *)g->phi_memory.data;
-    if (phi_only) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow(ctx, &g->next_memory, n, brick, used * brick));
-    g->phi_next = (float *)g->next_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &g->omega_memory, n, brick, used * brick));
-    g->omega = (float *)g->omega_memory.data;
-    SPRINGLS__TRY(springls__grow(ctx, &g->cell_memory, n, SPRINGLS__CELLS * sizeof(uint32_t), used * SPRINGLS__CELLS * sizeof(uint32_t)));
-    g->cell = (uint32_t *)g->cell_memory.data;
-    return SPRINGLS_OK;
-}
-
-/* Everything outside: keeps memory. */
-SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g, bool phi_only)
-{
-    size_t i, bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
-    int slot;
-    g->far_value = ctx->params.band_half_width + 1.0f;
-    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
-    g->active_count = g->free_count = 0;
-    g->slot_count = SPRINGLS__FIRST_SLOT;
-    for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
-        float value = slot == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
-        g->slot_brick[slot] = -1;
-        springls__fill(g->phi, slot, value);
-        if (phi_only) continue;
-        springls__fill(g->phi_next, slot, value);
-        springls__fill(g->omega, slot, ctx->params.capture);
-        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
-    }
-}
-
-SPRINGLS__FN springls_status springls__grid_create(springls_context *ctx, springls__grid *g, bool phi_only)
-{
-    size_t bricks = 1;
-    int axis;
-    for (axis = 0; axis < 3; axis++) {
-        g->size[axis] = ctx->desc.grid.size[axis];
-        g->bricks[axis] = (g->size[axis] + 7) / 8;
-        bricks *= (size_t)g->bricks[axis];
-    }
-    SPRINGLS__TRY(springls__grow(ctx, &g->top_memory, bricks, sizeof(int), 0));
-    g->top = (int *)g->top_memory.data;
-    SPRINGLS__TRY(springls__grid_reserve(ctx, g, SPRINGLS__FIRST_SLOT, phi_only));
-    springls__grid_clear(ctx, g, phi_only);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN void springls__grid_free(springls_context *ctx, springls__grid *g)
-{
-    springls__buffer_free(ctx, &g->top_memory);
-    springls__buffer_free(ctx, &g->slot_memory);
-    springls__buffer_free(ctx, &g->active_memory);
-    springls__buffer_free(ctx, &g->free_memory);
-    springls__buffer_free(ctx, &g->phi_memory);
-    springls__buffer_free(ctx, &g->next_memory);
-    springls__buffer_free(ctx, &g->omega_memory);
-    springls__buffer_free(ctx, &g->cell_memory);
-    memset(g, 0, sizeof *g);
-}
-
-SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
-{
-    int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
-}
-
-/* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
-   it had, and keeps `active` ordered by brick. */
-SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, springls__grid *g, int *list, int count)
-{
-    int i, n = 0, write, read;
-    qsort(list, (size_t)count, sizeof *list, springls__compare_int);
-    for (i = 0; i < count; i++)
-        if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
-    if (n == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grid_reserve(ctx, g, g->slot_count + n, false));
-    write = g->active_count + n - 1;
-    read = g->active_count - 1;
-    g->active_count += n;
-    for (i = n - 1; i >= 0; i--) { /* merge from the back */
-        int slot = g->free_count ? g->free_slots[--g->free_count] : g->slot_count++;
-        int side = g->top[list[i]];
-        while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
-        g->active[write--] = slot;
-        g->slot_brick[slot] = list[i];
-        g->top[list[i]] = slot;
-        springls__fill(g->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->phi_next, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
-        springls__fill(g->omega, slot, -1.0f); /* unknown */
-        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
-    }
-    return SPRINGLS_OK;
-}
-
-/* Drops the active slots with keep[i] == 0 (i: place in `active`); their bricks become constant. */
-SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *keep)
-{
-    int i, n = 0;
-    for (i = 0; i < g->active_count; i++) {
-        int slot = g->active[i];
-        if (keep[i]) {
-            g->active[n++] = slot;
-            continue;
-        }
-        g->top[g->slot_brick[slot]] = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        g->slot_brick[slot] = -1;
-        g->free_slots[g->free_count++] = slot;
-    }
-    g->active_count = n;
-}
-
-/* phi_ref = phi: the same slots, phi only. */
-SPRINGLS__FN springls_status springls__grid_copy_phi(springls_context *ctx, springls__grid *to, const springls__grid *from)
-{
-    size_t bricks = (size_t)from->bricks[0] * (size_t)from->bricks[1] * (size_t)from->bricks[2];
-    SPRINGLS__TRY(springls__grid_reserve(ctx, to, from->slot_count, true));
-    to->far_value = from->far_value;
-    to->slot_count = from->slot_count;
-    to->active_count = from->active_count;
-    memcpy(to->top, from->top, bricks * sizeof *to->top);
-    memcpy(to->slot_brick, from->slot_brick, (size_t)from->slot_count * sizeof *to->slot_brick);
-    memcpy(to->active, from->active, (size_t)from->active_count * sizeof *to->active);
-    memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *to->phi);
-    return SPRINGLS_OK;
-}
-
-/* ======== >>cells  (src/cells.h) =============================================================================== */
-/* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
-   within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
-   so that one huge triangle does not widen every search. */
-
-SPRINGLS__FN int springls__cell_coordinate(float x, int size)
-{
-    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
-}
-
-/* The cell of a voxel within its brick. */
-SPRINGLS__FN int springls__cell_in_brick(int x, int y, int z)
-{
-    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
-}
-
-/* The range of bricks within `margin` of p, as far as there are any. */
-SPRINGLS__FN void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
-{
-    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
-}
-
-/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */
-static const size_t springls__large_key = SIZE_MAX, springls__missing_key = SIZE_MAX - 1;
-
-SPRINGLS__FN void springls__keys_task(void *arg, int begin, int end)
-{
-    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
-    const springls_context *ctx = (const springls_context *)arg;
-    const springls__grid *g = &ctx->grid;
-    size_t *key = (size_t *)ctx->cells.key_memory.data;
-    for (; begin < end; begin++) {
-        const springls__springl *s = &ctx->set.s[begin];
-        int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
-        int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-        key[begin] = slot < SPRINGLS__FIRST_SLOT ? springls__missing_key : s->reach > reach_cap ? springls__large_key
-                   : (size_t)slot * SPRINGLS__CELLS + (size_t)springls__cell_in_brick(x, y, z) + 1;
-    }
-}
-
-/* Every particle's cell, its brick being made active if need be. */
-SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx, size_t **key)
-{
-    springls__grid *g = &ctx->grid;
-    int i, n = 0, *missing;
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->cells.key_memory, (size_t)ctx->set.count + 1, sizeof(size_t), 0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof(int), (void **)&missing));
-    *key = (size_t *)ctx->cells.key_memory.data;
-    springls__parallel(ctx, ctx->set.count, 1024, springls__keys_task, ctx);
-    for (i = 0; i < ctx->set.count; i++) {
-        springls__v3 p = ctx->set.s[i].p;
-        if ((*key)[i] == springls__missing_key)
-            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
-                                              springls__cell_coordinate(p.z, g->size[2]));
-    }
-    if (n == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, missing, n));
-    springls__parallel(ctx, ctx->set.count, 1024, springls__keys_task, ctx);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
-{
-    springls__grid *g = &ctx->grid;
-    springls__cells *cells = &ctx->cells;
-    const springls__springl *s = ctx->set.s;
-    size_t n = (size_t)ctx->set.count;
-    size_t *key;
-    uint32_t running = 0;
-    int i, c;
-    if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cell_keys(ctx, &key));
-    SPRINGLS__TRY(springls__grow(ctx, &cells->ids_memory, n + 1, sizeof(uint32_t), 0));
-    SPRINGLS__TRY(springls__grow(ctx, &cells->large_memory, n + 1, sizeof(uint32_t), 0));
-    cells->ids = (uint32_t *)cells->ids_memory.data;
-    cells->large = (uint32_t *)cells->large_memory.data;
-    cells->reach = 0.0f;
-    cells->large_count = 0;
-    for (i = 0; i < g->active_count; i++)
-        memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
-    for (i = 0; i < ctx->set.count; i++) { /* count, one place late: see the scan */
-        if (key[i] == springls__large_key) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->reach = springls__max(cells->reach, s[i].reach);
-        g->cell[key[i]]++;
-    }
-    for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
-        uint32_t *cell = g->cell + (size_t)g->active[i] * SPRINGLS__CELLS;
-        cell[0] = running;
-        for (c = 1; c < SPRINGLS__CELLS; c++) {
-            uint32_t count = cell[c];
-            cell[c] = running;
-            running += count;
-        }
-    }
-    for (i = 0; i < ctx->set.count; i++) /* scatter: entry c+1 moves on to where cell c ends */
-        if (key[i] != springls__large_key) cells->ids[g->cell[key[i]]++] = (uint32_t)i;
-    ctx->cells_fresh = true;
-    return SPRINGLS_OK;
-}
-
-/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */
-SPRINGLS__FN uint32_t springls__cells_reach(const uint32_t *cell)
-{
-    uint32_t reach = 0;
-    int y, z;
-    for (z = 0; z < 4; z++)
-        for (y = 0; y < 4; y++, cell += 4)
-            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
-    return reach;
-}
-
-/* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
-SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
-{
-    springls__grid *g = &ctx->grid;
-    int i, d, n = 0, *missing;
-    SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->cells.large_count), sizeof(int), (void **)&missing));
-    for (i = 0; i < g->active_count + ctx->cells.large_count; i++) {
-        uint32_t reach = ~0u;
-        int o[3];
-        if (i < g->active_count) {
-            springls__slot_origin(g, g->active[i], o);
-            reach = springls__cells_reach(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
-        } else {
-            springls__v3 p = ctx->set.s[ctx->cells.large[i - g->active_count]].p;
-            o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;
-            o[1] = springls__cell_coordinate(p.y, g->size[1]) & ~7;
-            o[2] = springls__cell_coordinate(p.z, g->size[2]) & ~7;
-        }
-        for (d = 0; d < 27 && reach; d++) {
-            int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);
-            if (!(reach >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
-            if (springls__slot_at(g, x, y, z) < SPRINGLS__FIRST_SLOT) missing[n++] = springls__brick_at(g, x, y, z);
-        }
-    }
-    return springls__grid_add_bricks(ctx, g, missing, n);
-}
-
-/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
-typedef struct springls__cell_walk {
-    const springls__grid *g;
-    const springls__cells *cells;
-    int lo[3], hi[3], x, y, z;
-    uint32_t next, end;
-    int large;
-} springls__cell_walk;
-
-SPRINGLS__FN springls__cell_walk springls__cell_walk_begin(const springls_context *ctx, springls__v3 lower, springls__v3 upper)
-{
-    springls__cell_walk walk;
-    const springls__grid *g = &ctx->grid;
-    walk.g = g;
-    walk.cells = &ctx->cells;
-    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
-    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
-    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
-    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
-    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
-    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
-    walk.x = walk.lo[0];
-    walk.y = walk.lo[1];
-    walk.z = walk.lo[2];
-    walk.next = walk.end = 0;
-    walk.large = 0;
-    return walk;
-}
-
-/* The next springl, or -1 at the end. */
-SPRINGLS__FN int springls__cell_walk_next(springls__cell_walk *walk)
-{
-    while (walk->next == walk->end) {
-        const springls__grid *g = walk->g;
-        const uint32_t *cell;
-        int last;
-        if (walk->z > walk->hi[2]) {
-            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;
-        }
-        last = springls__imin(walk->x | 7, walk->hi[0]);
-        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
-        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
-        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
-        walk->x = last + 1;
-        if (walk->x > walk->hi[0]) {
-            walk->x = walk->lo[0];
-            walk->y += SPRINGLS__CELL;
-            if (walk->y > walk->hi[1]) {
-                walk->y = walk->lo[1];
-                walk->z += SPRINGLS__CELL;
-            }
-        }
-    }
-    return (int)walk->cells->ids[walk->next++];
-}
-
-/* All springls whose particle may lie within r of x, and some more. */
-SPRINGLS__FN springls__cell_walk springls__cell_walk_near(const springls_context *ctx, springls__v3 x, float r)
-{
-    return springls__cell_walk_begin(ctx, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
-}
-
-/* All springls of which some point may lie within `radius` of the box. */
-SPRINGLS__FN springls__cell_walk springls__cell_walk_around(const springls_context *ctx, springls__v3 lower, springls__v3 upper,
-                                                            float radius)
-{
-    float r = radius + ctx->cells.reach;
-    return springls__cell_walk_begin(ctx, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
-                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
-}
-
-/* ======== >>lanes  (src/lanes.h) =============================================================================== */
-/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
-   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
-   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
-
-#if defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
-#if defined(__AVX2__)
-#include <immintrin.h>
-#define SPRINGLS__LANES 8
-#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps
-typedef __m256 springls__simd;
-#else
-#define SPRINGLS__LANES 4
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#define SPRINGLS__SIMD(operation) _mm_##operation##_ps
-typedef __m128 springls__simd;
-#endif
-#endif
-
-#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline
-
-typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
-typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
-typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
-
-typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
-
-SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
-SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
-
-SPRINGLS__LANE springls__vec springls__vec_all(float x)
-{
-    springls__vec v = { 0 };
-    return x - v; /* x + 0 would lose the sign of -0 */
-}
-
-SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)
-{
-    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
-}
-
-/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
-SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);
-#else
-    return springls__vec_select(a < b, a, b);
-#endif
-}
-
-SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);
-#else
-    return springls__vec_select(a > b, a, b);
-#endif
-}
-
-SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
-{
-    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
-}
-
-SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
-{
-    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
-    return (springls__vec)((springls__vmask)x & ~sign);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);
-#else
-    springls__vec r = x;
-    int i;
-    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);
-    return r;
-#endif
-}
-
-/* x rounded down, for |x| < 2^31. */
-SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
-{
-    springls__vec t = __builtin_convertvector(__builtin_convertvector(x, springls__vmask), springls__vec);
-    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
-}
-
-SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
-{
-#if defined(SPRINGLS__SIMD)
-    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;
-#else
-    int i, any = 0;
-    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
-    return any != 0;
-#endif
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
-{
-    springls__vec3 r;
-    r.x = springls__vec_all(v.x);
-    r.y = springls__vec_all(v.y);
-    r.z = springls__vec_all(v.z);
-    return r;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)
-{
-    a.x += b.x;
-    a.y += b.y;
-    a.z += b.z;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)
-{
-    a.x -= b.x;
-    a.y -= b.y;
-    a.z -= b.z;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)
-{
-    a.x *= s;
-    a.y *= s;
-    a.z *= s;
-    return a;
-}
-
-/* a + s b */
-SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)
-{
-    a.x += b.x * s;
-    a.y += b.y * s;
-    a.z += b.z * s;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)
-{
-    springls__vec3 r;
-    r.x = a.y * b.z - a.z * b.y;
-    r.y = a.z * b.x - a.x * b.z;
-    r.z = a.x * b.y - a.y * b.x;
-    return r;
-}
-
-SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }
-
-SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
-{
-    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);
-    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);
-    springls__vmask some = l2 > springls__vec_all(1e-30f);
-    a = springls__vec3_scale(a, s);
-    a.x = springls__vec_select(some, a.x, zero);
-    a.y = springls__vec_select(some, a.y, zero);
-    a.z = springls__vec_select(some, a.z, zero);
-    return a;
-}
-
-/* 2^k for whole k in [-126, 127]. */
-SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
-{
-    return (springls__vec)((__builtin_convertvector(k, springls__vmask) + 127) << 23);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)
-{
-    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);
-    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
-    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
-                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
-    return e * springls__vec_power2(k);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)
-{
-    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);
-    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));
-    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));
-    t = springls__vec_select(x < 0.0f, -t, t);
-    return springls__vec_select(a < 0.25f, series, t);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)
-{
-    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
-    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
-                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }
-
-SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
-{
-    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
-    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
-    d = springls__vec3_mad(d, along, -s);
-    return springls__vec3_dot(d, d);
-}
-
-#endif
 
 /* ======== >>lanes_neighbors  (src/lanes_neighbors.h) =========================================================== */
 /* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
 
 #if SPRINGLS__LANES
 
-/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
-   squared; else -1. */
-SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const springls__v3 *q, float radius2, float d2[3], int edge[3])
+SPRINGLS__FN void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
 {
     const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     springls__vec3 at;
@@ -3744,26 +5190,6 @@ SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const spri
     for (m = 0; m < 3; m++) {
         d2[m] = d2s[m];
         edge[m] = (int)edges[m];
-    }
-}
-
-#else
-
-/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
-   squared; else -1. */
-SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    int e, m;
-    for (m = 0; m < 3; m++) {
-        d2[m] = radius2;
-        edge[m] = -1;
-        for (e = 0; e < 3; e++) {
-            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);
-            if (d >= d2[m]) continue;
-            d2[m] = d;
-            edge[m] = e;
-        }
     }
 }
 
@@ -3791,7 +5217,7 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
 }
 
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, float *row)
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -3809,7 +5235,7 @@ SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
 SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     const float *omega, float *side)
+                                     SPRINGLS__GLOBAL const float *omega, float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -3867,7 +5293,7 @@ SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega,
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
+SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -3921,7 +5347,7 @@ SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
 }
 
 /* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, float *out)
+SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
@@ -3936,7 +5362,7 @@ SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value,
     springls__vec_store(out, d);
 }
 
-SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
@@ -3955,7 +5381,7 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
+SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
@@ -3969,69 +5395,10 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
 
-SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
-}
-
-#else
-
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, float *row)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
-        float within = row[i] + reach;
-        if (springls__length2(springls__sub(at, center)) >= within * within) continue;
-        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
-    }
-}
-
-SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     const float *omega, float *side)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
-        float within = omega[i] + 0.5f + reach;
-        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
-    }
-}
-
-SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
-        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];
-    }
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__FN bool springls__touches(const float *t)
-{
-    int i;
-    for (i = 0; i < 27; i++)
-        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;
-    return false;
-}
-
-SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        float d = springls__interface_distance(v);
-        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));
-        out[i] = own ? d : springls__distance_guess(v.c, far_value);
-    }
-}
-
-SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
 }
 
 #endif
@@ -4039,27 +5406,6 @@ SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, fl
 /* ======== >>lanes_project  (src/lanes_project.h) =============================================================== */
 /* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
    offset: from the particle to the row's first voxel. */
-
-/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */
-enum { SPRINGLS__SUM_OFFSET = 0, SPRINGLS__SUM_NORMAL = 3, SPRINGLS__SUM_MOVED = 6, SPRINGLS__SUM_WEIGHT = 9, SPRINGLS__SUM_HEIGHT = 10,
-       SPRINGLS__SUMS = 11 };
-
-typedef struct springls__brick_sums {
-    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */
-    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */
-    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];
-} springls__brick_sums;
-
-SPRINGLS__FN springls__moments springls__moments_load(const springls__brick_sums *sums, int i)
-{
-    springls__moments m;
-    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);
-    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);
-    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);
-    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];
-    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];
-    return m;
-}
 
 #if SPRINGLS__LANES
 
@@ -4070,7 +5416,7 @@ SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
     springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
 }
 
-SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__FN void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
@@ -4080,9 +5426,9 @@ SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v
         springls__vmask nearer = d2 < best;
         if (!springls__vmask_any(nearer)) continue;
         springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums->facing[0] + i, nearer, s->n.x);
-        springls__vec_put(sums->facing[1] + i, nearer, s->n.y);
-        springls__vec_put(sums->facing[2] + i, nearer, s->n.z);
+        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
+        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
+        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
     }
 }
 
@@ -4092,31 +5438,31 @@ SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, in
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__FN void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
 {
     const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
-    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s->n.y * offset.y + s->n.z * offset.z;
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     springls__vec zero = springls__vec_all(0.0f);
     int i;
     for (i = row; i < row + 8; i += SPRINGLS__LANES) {
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums->facing[0] + i) * s->n.x + springls__vec_load(sums->facing[1] + i) * s->n.y
-              + springls__vec_load(sums->facing[2] + i) * s->n.z;
+        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
+              + springls__vec_load(sums->facing[2] + i) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
-        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s->n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
         springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
         springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
         springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s->n.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s->n.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s->n.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s->moved.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s->moved.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s->moved.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
     }
 }
 
@@ -4126,7 +5472,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -4150,7 +5496,7 @@ SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float 
 }
 
 /* springls__without_speck; true when there was one. */
-SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
+SPRINGLS__FN bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;
@@ -4164,140 +5510,7 @@ SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
     return some;
 }
 
-#else
-
-SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i++) {
-        out[i] = springls__without_speck(springls__tile_cross(phi + i));
-        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
-    }
-    return some;
-}
-
-SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i++) {
-        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
-        if (d2 >= sums->nearest2[i]) continue;
-        sums->nearest2[i] = d2;
-        sums->facing[0][i] = s->n.x;
-        sums->facing[1][i] = s->n.y;
-        sums->facing[2][i] = s->n.z;
-    }
-}
-
-SPRINGLS__FN void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)
-{
-    const springls__v3 *from[3];
-    int k;
-    from[0] = &m.offset;
-    from[1] = &m.normal;
-    from[2] = &m.moved;
-    for (k = 0; k < 3; k++) {
-        sums->sum[3 * k][i] = from[k]->x;
-        sums->sum[3 * k + 1][i] = from[k]->y;
-        sums->sum[3 * k + 2][i] = from[k]->z;
-    }
-    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;
-    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;
-}
-
-SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    int i;
-    for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);
-        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
-        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), *s, at, facing));
-    }
-}
-
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
-}
-
 #endif
-
-/* ======== >>neighbors  (src/neighbors.h) ======================================================================= */
-/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
-   closest edge of each, nearest first, ties by index. */
-
-enum { SPRINGLS__NEIGHBOR_ROW = 3 * SPRINGLS__MAX_NEIGHBORS };
-
-/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
-SPRINGLS__FN int springls__insert_nearest(float *d2s, int *codes, int length, int room, float d2, int code)
-{
-    int i = length < room ? length : room - 1;
-    if (length == room && (d2s[i] < d2 || (d2s[i] == d2 && codes[i] < code))) return length;
-    for (; i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code)); i--) {
-        d2s[i] = d2s[i - 1];
-        codes[i] = codes[i - 1];
-    }
-    d2s[i] = d2;
-    codes[i] = code;
-    return length < room ? length + 1 : room;
-}
-
-/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
-SPRINGLS__FN void springls__find_neighbors(const springls_context *ctx, int n, int *row)
-{
-    const springls__springl *all = ctx->set.s, *self = &all[n];
-    const float radius = ctx->params.neighbor_radius, radius2 = radius * radius;
-    const int room = ctx->params.max_neighbors;
-    springls__v3 lower, upper, normal = springls__springl_normal(self);
-    springls__cell_walk walk;
-    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];
-    int length[3] = { 0, 0, 0 }, edge[3], other, m;
-    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
-    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
-    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
-    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));
-    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));
-    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));
-    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));
-    walk = springls__cell_walk_around(ctx, lower, upper, radius);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *o = &all[other];
-        float within = radius + o->reach + self->reach;
-        if (other == n) continue;
-        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
-        within = radius + o->reach;
-        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
-            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
-        if (ctx->params.relax_same_side && springls__dot(normal, springls__springl_normal(o)) <= 0.0f) continue;
-        springls__nearest_edges(o, self->q, radius2, d2, edge);
-        for (m = 0; m < 3; m++)
-            if (edge[m] >= 0)
-                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
-                                                     d2[m], 3 * other + edge[m]);
-    }
-}
-
-SPRINGLS__FN void springls__neighbors_task(void *arg, int begin, int end)
-{
-    const springls_context *ctx = (const springls_context *)arg;
-    int *rows = (int *)ctx->neighbors.data;
-    for (; begin < end; begin++) springls__find_neighbors(ctx, begin, rows + (size_t)begin * SPRINGLS__NEIGHBOR_ROW);
-}
-
-/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
-   for the same reason); the closest points slide along their edges meanwhile. */
-SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
-{
-    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->params.resample_period) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->neighbors, (size_t)ctx->set.count + 1, SPRINGLS__NEIGHBOR_ROW * sizeof(int), 0));
-    springls__parallel(ctx, ctx->set.count, 64, springls__neighbors_task, ctx);
-    ctx->neighbors_age = 0;
-    return SPRINGLS_OK;
-}
 
 /* ======== >>lanes_relax  (src/lanes_relax.h) =================================================================== */
 /* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
@@ -4450,48 +5663,21 @@ SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const sprin
     }
 }
 
-SPRINGLS__FN void springls__relax_range(springls__relax_rule rule, const springls__springl *all, const int *neighbors, int begin, int end,
-                                        springls__springl *next)
+SPRINGLS__FN void springls__relax_range(const springls__model *model, springls__job job, int begin, int end)
 {
-    for (; begin < end; begin += SPRINGLS__LANES)
-        springls__relax_lanes(rule, all, neighbors + (size_t)begin * SPRINGLS__NEIGHBOR_ROW, begin,
-                              springls__imin(end - begin, SPRINGLS__LANES), next);
+    springls__springl *next = (springls__springl *)model->scratch[1];
+    springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    int first, i;
+    (void)job;
+    for (first = begin; first < end; first += SPRINGLS__LANES)
+        springls__relax_lanes(rule, model->set.s, model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW, first,
+                              springls__imin(end - first, SPRINGLS__LANES), next);
+    for (i = begin; i < end; i++)
+        if (model->set.mask[i]) next[i] = model->set.s[i];
 }
 
 #else
-
-/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__FN springls__v3 springls__vertex_force(springls__relax_rule rule, const springls__springl *all, springls__v3 q, const int *codes)
-{
-    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
-        const springls__springl *o = &all[codes[k] / 3];
-        int e = codes[k] % 3;
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
-        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
-    }
-    return springls__thresholded(rule, c);
-}
-
-SPRINGLS__FN void springls__relax_range(springls__relax_rule rule, const springls__springl *all, const int *neighbors, int begin, int end,
-                                        springls__springl *next)
-{
-    for (; begin < end; begin++) {
-        const int *row = neighbors + (size_t)begin * SPRINGLS__NEIGHBOR_ROW;
-        springls__tri t = springls__springl_tri(&all[begin]);
-        t = springls__relax_springl(rule, t, all[begin].p, springls__vertex_force(rule, all, t.a, row),
-                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
-                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
-        next[begin] = all[begin];
-        next[begin].q[0] = t.a;
-        next[begin].q[1] = t.b;
-        next[begin].q[2] = t.c;
-        springls__springl_finish(&next[begin]);
-    }
-}
-
+SPRINGLS__RANGE(relax)
 #endif
 
 /* ======== >>lanes_advect  (src/lanes_advect.h) ================================================================= */
@@ -4532,6 +5718,410 @@ SPRINGLS__FN int springls__deformation_velocities(const float *points, int count
 }
 
 #endif
+
+/* ======== >>run  (src/run.h) =================================================================================== */
+/* run.h - a kernel over all its elements, wherever the model lives. */
+
+#define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
+SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
+#undef SPRINGLS__RANGE_OF
+
+static const springls__kernel_facts springls__kernels[] = {
+#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes },
+    SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
+#undef SPRINGLS__FACTS
+};
+
+typedef struct springls__range_job { const springls_context *ctx; const springls__kernel_facts *kernel; springls__job job; } springls__range_job;
+
+SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
+{
+    const springls__range_job *run = (const springls__range_job *)arg;
+    run->kernel->range(&run->ctx->model, run->job, begin, end);
+}
+
+SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    springls__range_job run;
+    run.ctx = ctx;
+    run.kernel = &springls__kernels[kernel];
+    run.job = job;
+    springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
+}
+
+SPRINGLS__FN springls__job springls__job_of(int i)
+{
+    springls__job job;
+    memset(&job, 0, sizeof job);
+    job.i[0] = i;
+    return job;
+}
+
+SPRINGLS__FN springls__job springls__no_job(void) { return springls__job_of(0); }
+
+/* How many of the first `count` bytes of an array are `value`. */
+SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
+{
+    const uint8_t *flags = (const uint8_t *)ctx->memory[array].data;
+    int i, n = 0;
+    for (i = 0; i < count; i++) n += flags[i] == value;
+    return n;
+}
+
+/* The largest of the first `count` floats of a scratch, 0 or more. */
+SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
+{
+    const float *values = (const float *)ctx->model.scratch[scratch];
+    float largest = 0.0f;
+    int i;
+    for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
+    return largest;
+}
+
+/* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
+{
+    uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
+    uint64_t sum = 0;
+    int i;
+    for (i = 0; i < count; i++) {
+        uint32_t number = numbers[i];
+        numbers[i] = (uint32_t)sum;
+        sum += number;
+    }
+    if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
+    *total = (int)sum;
+    return SPRINGLS_OK;
+}
+
+/* ======== >>constellation  (src/constellation.h) =============================================================== */
+/* constellation.h - the arrays of springls: room, finishing touches, stable compaction. */
+
+/* Room for count springls, keeping those that are there. */
+SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
+{
+    int array;
+    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++)
+        SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, (size_t)count, (size_t)ctx->model.set.count));
+    return SPRINGLS_OK;
+}
+
+/* Springls have been put behind the others by springls__springl_add. */
+SPRINGLS__FN void springls__constellation_added(springls_context *ctx, int added)
+{
+    ctx->model.set.count += added;
+    ctx->model.set.next_id += (uint32_t)added;
+}
+
+/* Appends one springl with a fresh id; room must have been reserved. */
+SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const springls__springl *s, springls__v3 a,
+                                                uint32_t generation, uint8_t mask)
+{
+    int i = ctx->model.set.count;
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_WAS].bytes / sizeof(springls__v3)); /* the last array to be grown */
+    springls__springl_add(&ctx->model, i, *s, a, generation, mask);
+    springls__constellation_added(ctx, 1);
+    return i;
+}
+
+/* Drops every springl whose byte in SCRATCH1 is 0; the others stay in order. */
+SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
+{
+    const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
+    int array, i, n = 0, count = ctx->model.set.count;
+    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++) {
+        char *data = (char *)ctx->memory[array].data;
+        size_t element = springls__element_size((springls__array)array);
+        for (i = n = 0; i < count; i++) {
+            if (!keep[i]) continue;
+            if (n != i) memcpy(data + (size_t)n * element, data + (size_t)i * element, element);
+            n++;
+        }
+    }
+    ctx->model.set.count = n;
+    return SPRINGLS_OK;
+}
+
+/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_phi_in_step, ctx->model.set.count, springls__no_job());
+}
+
+/* The longest way of any particle since then, voxels. In SCRATCH7. */
+SPRINGLS__FN springls_status springls__way_since_phi(springls_context *ctx, float *way)
+{
+    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)ctx->model.set.count, sizeof(float), NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_way, ctx->model.set.count, springls__no_job());
+    *way = springls__sqrt(springls__largest(ctx, 7, ctx->model.set.count));
+    return SPRINGLS_OK;
+}
+
+/* To be called after anything that moves springls. */
+SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
+{
+    ctx->cells_fresh = false;
+    ctx->omega_fresh = false;
+    ctx->model_fresh = false;
+}
+
+/* To be called after anything that adds, removes or replaces springls. */
+SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
+{
+    springls__constellation_moved(ctx);
+    ctx->neighbors_age = -1;
+}
+
+/* ======== >>grid  (src/grid.h) ================================================================================= */
+/* grid.h - the sparse grid (kernels_embed/grid.h): its memory, and bricks that come and go. */
+
+/* What was written becomes the field. */
+SPRINGLS__FN void springls__swap_phi(springls_context *ctx) { springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT); }
+
+SPRINGLS__FN void springls__fill(float *field, int slot, float value)
+{
+    float *brick = field + (size_t)slot * SPRINGLS__BRICK_VOXELS;
+    int i;
+    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
+}
+
+/* The constant bricks of a field. */
+SPRINGLS__FN void springls__fill_constant(springls_context *ctx, springls__array field, float outside, float inside)
+{
+    float *values = (float *)ctx->memory[field].data;
+    springls__fill(values, SPRINGLS__OUTSIDE, outside);
+    springls__fill(values, SPRINGLS__INSIDE, inside);
+}
+
+/* Room for `slots` slots. */
+SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int slots)
+{
+    const springls__grid *g = &ctx->model.grid;
+    size_t n = (size_t)slots, used = (size_t)g->slot_count;
+    int array;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SLOT_BRICK, n, used));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_ACTIVE, n, (size_t)g->active_count));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FREE_SLOTS, n, (size_t)g->free_count));
+    for (array = SPRINGLS__ARRAY_PHI; array <= SPRINGLS__ARRAY_CELL; array++) SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, n, used));
+    return SPRINGLS_OK;
+}
+
+/* Everything of a grid outside: keeps memory. */
+SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    g->far_value = ctx->model.params.band_half_width + 1.0f;
+    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    g->active_count = g->free_count = 0;
+    g->slot_count = SPRINGLS__FIRST_SLOT;
+    springls__fill(g->phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
+}
+
+/* The model and its reference are empty. */
+SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int slot;
+    springls__grid_clear(ctx, &ctx->model.reference);
+    springls__grid_clear(ctx, g);
+    for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
+        g->slot_brick[slot] = -1;
+        springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
+        springls__fill(g->omega, slot, ctx->model.params.capture);
+        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+    }
+}
+
+SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        g->size[axis] = ctx->desc.grid.size[axis];
+        g->bricks[axis] = (g->size[axis] + 7) / 8;
+    }
+    ctx->model.reference = *g;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__brick_count(g), 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__brick_count(g), 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
+    SPRINGLS__TRY(springls__grid_reserve(ctx, SPRINGLS__FIRST_SLOT));
+    springls__grids_clear(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN int springls__compare_int(const void *a, const void *b)
+{
+    int x = *(const int *)a, y = *(const int *)b;
+    return (x > y) - (x < y);
+}
+
+/* Gives every brick of the list (any order, repetitions and present bricks allowed) a slot that continues the constant
+   it had, and keeps `active` ordered by brick. */
+SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, n = 0, write, read;
+    qsort(list, (size_t)count, sizeof *list, springls__compare_int);
+    for (i = 0; i < count; i++)
+        if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
+    if (n == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
+    write = g->active_count + n - 1;
+    read = g->active_count - 1;
+    g->active_count += n;
+    for (i = n - 1; i >= 0; i--) { /* merge from the back */
+        int slot = g->free_count ? g->free_slots[--g->free_count] : g->slot_count++;
+        int side = g->top[list[i]];
+        while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
+        g->active[write--] = slot;
+        g->slot_brick[slot] = list[i];
+        g->top[list[i]] = slot;
+        springls__fill(g->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
+        springls__fill(g->phi_next, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
+        springls__fill(g->omega, slot, -1.0f); /* unknown */
+        memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Drops the active slots with keep[i] == 0 (i: place in `active`); their bricks become constant. */
+SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *keep)
+{
+    int i, n = 0;
+    for (i = 0; i < g->active_count; i++) {
+        int slot = g->active[i];
+        if (keep[i]) {
+            g->active[n++] = slot;
+            continue;
+        }
+        g->top[g->slot_brick[slot]] = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        g->slot_brick[slot] = -1;
+        g->free_slots[g->free_count++] = slot;
+    }
+    g->active_count = n;
+}
+
+/* phi_ref = phi: the same slots. */
+SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__grid *reference = &ctx->model.reference;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)g->slot_count, 0));
+    reference->far_value = g->far_value;
+    reference->slot_count = g->slot_count;
+    memcpy(reference->top, g->top, springls__brick_count(g) * sizeof *g->top);
+    memcpy(reference->phi, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *g->phi);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>cells  (src/cells.h) =============================================================================== */
+/* cells.h - the hash grid (section 4.8): springls by the cell of their particle, by counting sort. Deterministic: ids ascend
+   within a cell, and no cell overflows. A springl whose reach exceeds the cap is kept in `large` instead,
+   so that one huge triangle does not widen every search. */
+
+/* Every particle's cell, its brick being made active if need be. */
+SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, n = 0, *missing;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)ctx->model.set.count + 1, 0));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(int), (void **)&missing));
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__v3 p = ctx->model.set.s[i].p;
+        if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
+            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+                                              springls__cell_coordinate(p.z, g->size[2]));
+    }
+    if (n == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    springls__cells *cells = &ctx->model.cells;
+    const springls__springl *s = ctx->model.set.s;
+    size_t n = (size_t)ctx->model.set.count;
+    uint32_t running = 0;
+    int i, c;
+    if (ctx->cells_fresh) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_keys(ctx));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
+    cells->reach = 0.0f;
+    cells->large_count = 0;
+    for (i = 0; i < g->active_count; i++)
+        memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
+    for (i = 0; i < ctx->model.set.count; i++) { /* count, one place late: see the scan */
+        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
+            cells->large[cells->large_count++] = (uint32_t)i;
+            continue;
+        }
+        cells->reach = springls__max(cells->reach, s[i].reach);
+        g->cell[cells->key[i]]++;
+    }
+    for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
+        uint32_t *cell = g->cell + (size_t)g->active[i] * SPRINGLS__CELLS;
+        cell[0] = running;
+        for (c = 1; c < SPRINGLS__CELLS; c++) {
+            uint32_t count = cell[c];
+            cell[c] = running;
+            running += count;
+        }
+    }
+    for (i = 0; i < ctx->model.set.count; i++) /* scatter: entry c+1 moves on to where cell c ends */
+        if (cells->key[i] != SPRINGLS__LARGE_KEY) cells->ids[g->cell[cells->key[i]]++] = (uint32_t)i;
+    ctx->cells_fresh = true;
+    return SPRINGLS_OK;
+}
+
+/* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
+SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i, d, n = 0, *missing;
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
+    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
+        uint32_t reach = ~0u;
+        int o[3];
+        if (i < g->active_count) {
+            springls__slot_origin(g, g->active[i], o);
+            reach = springls__cells_reach(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
+        } else {
+            springls__v3 p = ctx->model.set.s[ctx->model.cells.large[i - g->active_count]].p;
+            o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;
+            o[1] = springls__cell_coordinate(p.y, g->size[1]) & ~7;
+            o[2] = springls__cell_coordinate(p.z, g->size[2]) & ~7;
+        }
+        for (d = 0; d < 27 && reach; d++) {
+            int x = o[0] + 8 * (d % 3 - 1), y = o[1] + 8 * (d / 3 % 3 - 1), z = o[2] + 8 * (d / 9 - 1);
+            if (!(reach >> d & 1u) || !springls__grid_contains(g, x, y, z)) continue;
+            if (springls__slot_at(g, x, y, z) < SPRINGLS__FIRST_SLOT) missing[n++] = springls__brick_at(g, x, y, z);
+        }
+    }
+    return springls__grid_add_bricks(ctx, missing, n);
+}
+
+
+/* ======== >>neighbors  (src/neighbors.h) ======================================================================= */
+/* neighbors.h - lists of neighbours (section 4.8). */
+
+/* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
+   for the same reason); the closest points slide along their edges meanwhile. */
+SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
+{
+    if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
+    springls__run(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
+    ctx->neighbors_age = 0;
+    return SPRINGLS_OK;
+}
 
 /* the stages, as a step runs them */
 
@@ -4719,7 +6309,7 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->grid, points[i]));
+            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
     }
 }
 
@@ -4734,7 +6324,7 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     springls__flow(job, x, count, time, slope);
-    if (!job->ctx->params.vertex_velocity) {
+    if (!job->ctx->model.params.vertex_velocity) {
         springls__push(job, x, normals, count, time, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
@@ -4778,9 +6368,9 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
-    const springls__springl *s = job->ctx->set.s + first;
-    const springls__v3 *a = job->ctx->set.a + first;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__springl *s = job->ctx->model.set.s + first;
+    const springls__v3 *a = job->ctx->model.set.a + first;
+    const springls__grid *g = &job->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
@@ -4803,13 +6393,13 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
         if (job->stop_at_topology
             && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
-                                          d[0], springls__springl_normal(&s[i])))
+                                          d[0], springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + (size_t)first * SPRINGLS__MOVERS, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
+SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
 
 /* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
@@ -4817,14 +6407,14 @@ SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
     const springls__advect_job *job = (const springls__advect_job *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->set.count - first));
+        springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->model.set.count - first));
     }
 }
 
 SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, const springls_forces *forces, float time, float dt,
                                                       springls__advect_job *job)
 {
-    float spread = ctx->params.half_time_sampling ? 0.5f * dt : dt;
+    float spread = ctx->model.params.half_time_sampling ? 0.5f * dt : dt;
     memset(job, 0, sizeof *job);
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
     if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
@@ -4840,7 +6430,7 @@ SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, con
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->pressure));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->velocity));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
-    return springls__scratch(ctx, 0, (size_t)ctx->set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
+    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
 }
 
 SPRINGLS__FN void springls__move_task(void *arg, int begin, int end)
@@ -4848,11 +6438,11 @@ SPRINGLS__FN void springls__move_task(void *arg, int begin, int end)
     const springls__advect_job *job = (const springls__advect_job *)arg;
     int m;
     for (; begin < end; begin++) {
-        springls__springl *s = &job->ctx->set.s[begin];
+        springls__springl *s = &job->ctx->model.set.s[begin];
         const springls__v3 *d = job->displacement + (size_t)begin * SPRINGLS__MOVERS;
         s->p = springls__add(s->p, d[0]);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
-        springls__springl_finish(s);
+        *s = springls__springl_finished(*s);
     }
 }
 
@@ -4883,9 +6473,9 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
     *moved = springls__largest_displacement(&job, &moving);
     if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    springls__parallel(ctx, ctx->set.count, 512, springls__move_task, &job);
+    springls__parallel(ctx, ctx->model.set.count, 512, springls__move_task, &job);
     ctx->stats.moved = *moved;
-    ctx->stats.moving = ctx->set.count ? (float)moving / (float)ctx->set.count : 0.0f;
+    ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -4953,71 +6543,25 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 /* ======== >>relax  (src/relax.h) =============================================================================== */
 /* relax.h - Algorithm 1: every springl seeks equilibrium with its neighbours, all at once (Jacobi). */
 
-SPRINGLS__FN springls__relax_rule springls__relax_rule_of(const springls_params *params)
-{
-    springls__relax_rule rule;
-    rule.rest = 2.0f * params->particle_radius;
-    rule.radius = params->neighbor_radius;
-    rule.d_max = params->d_max;
-    rule.kappa_int = params->kappa_int;
-    rule.kappa_ext = params->kappa_ext;
-    rule.sharpness = params->sharpness;
-    rule.step_length = params->relax_step_length;
-    rule.step_rotation = params->relax_step_rotation;
-    rule.threshold = (int)params->threshold;
-    rule.weight = (int)params->weight;
-    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
-    return rule;
-}
-
-SPRINGLS__FN void springls__relax_task(void *arg, int begin, int end)
-{
-    const springls_context *ctx = (const springls_context *)arg;
-    const springls__springl *all = ctx->set.s;
-    springls__springl *next = (springls__springl *)ctx->scratch[1].data;
-    springls__relax_rule rule = springls__relax_rule_of(&ctx->params);
-    springls__relax_range(rule, all, (const int *)ctx->neighbors.data, begin, end, next);
-    for (; begin < end; begin++)
-        if (ctx->set.mask[begin]) next[begin] = all[begin];
-}
-
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
+    void *next;
     int iteration;
-    if (ctx->set.count == 0 || ctx->params.relax_iterations == 0) return SPRINGLS_OK;
+    if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__neighbors_build(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->scratch[1], (size_t)ctx->set.count, sizeof(springls__springl), 0));
-    for (iteration = 0; iteration < ctx->params.relax_iterations; iteration++) {
-        springls__buffer memory;
-        springls__parallel(ctx, ctx->set.count, 128, springls__relax_task, ctx);
-        memory = ctx->set.s_memory;
-        ctx->set.s_memory = ctx->scratch[1];
-        ctx->scratch[1] = memory;
-        ctx->set.s = (springls__springl *)ctx->set.s_memory.data;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), &next));
+    for (iteration = 0; iteration < ctx->model.params.relax_iterations; iteration++) {
+        springls__run(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
+        springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
     }
     springls__constellation_moved(ctx);
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN void springls__orient_task(void *arg, int begin, int end)
-{
-    springls_context *ctx = (springls_context *)arg;
-    const springls__grid *g = &ctx->grid;
-    for (; begin < end; begin++) {
-        springls__springl *s = &ctx->set.s[begin];
-        springls__v3 gradient = springls__grid_gradient(g, g->phi, s->p), q = s->q[1];
-        bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s->p)) < 0.5f;
-        if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) continue;
-        s->q[1] = s->q[2];
-        s->q[2] = q;
-        springls__springl_finish(s);
-    }
-}
-
-/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */
+/* Flipped triangles are turned round (section 4.3.1). */
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
-    springls__parallel(ctx, ctx->set.count, 256, springls__orient_task, ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, springls__no_job());
     ctx->model_fresh = false;
     return SPRINGLS_OK;
 }
@@ -5027,212 +6571,45 @@ SPRINGLS_API springls_status springls_relax(springls_context *ctx)
     return springls__staged(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
 }
 
-/* ======== >>around  (src/around.h) ============================================================================= */
-/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
-
-/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls__v3 x, float radius)
-{
-    springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, radius);
-    float best = radius * radius;
-    int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *s = &ctx->set.s[i];
-        float d2, reach = radius + s->reach;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x);
-        if (d2 < best || (d2 == best && i < nearest)) {
-            best = d2;
-            nearest = i;
-        }
-    }
-    return nearest;
-}
-
-/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
-{
-    springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
-        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
-    }
-    return springls__fan_opening(fan);
-}
-
-/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
-   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
-SPRINGLS__FN bool springls__in_sheet(const springls_context *ctx, springls__v3 x, springls__v3 n)
-{
-    const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
-        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);
-    }
-    return springls__spans_sheet(fan) != 0;
-}
-
 /* ======== >>contract  (src/contract.h) ========================================================================= */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
-
-/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
-   grid are far from the zero level. */
-SPRINGLS__FN float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
-{
-    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
-                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));
-    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
-}
-
-SPRINGLS__FN void springls__sample_phi_task(void *arg, int begin, int end)
-{
-    springls_context *ctx = (springls_context *)arg;
-    for (; begin < end; begin++) ctx->set.phi[begin] = springls__phi_or_beyond(&ctx->grid, ctx->set.s[begin].p);
-}
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
 SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
 {
-    springls__parallel(ctx, ctx->set.count, 512, springls__sample_phi_task, ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, springls__no_job());
 }
 
-/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
-   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
-   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
-SPRINGLS__FN bool springls__on_thin_sheet(const springls_context *ctx, int i)
+SPRINGLS__FN springls_status springls__merge(springls_context *ctx)
 {
-    const float r = 1.6f, ahead = 1.5f;
-    const int enough = 3;
-    const springls__springl *s = &ctx->set.s[i];
-    springls__v3 n = springls__springl_normal(s);
-    springls__cell_walk walk;
-    int other, beside = 0;
-    if (ctx->set.phi[i] > ctx->grid.far_value) return false; /* pushed out of the grid */
-    if (springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
-    walk = springls__cell_walk_near(ctx, s->p, r);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, s->p), m;
-        if (other == i || springls__length2(d) > r * r) continue;
-        if (springls__at_edge(ctx, other)) return false; /* beyond a sharp edge it would look the same */
-        m = springls__springl_normal(&ctx->set.s[other]);
-        if (springls__is_far_side(d, n, m)) return true;
-        beside += springls__is_beside(d, n, m);
-        if (beside >= enough && ctx->set.phi[i] > 0.0f) return true;
-    }
-    return false;
-}
-
-/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
-   the projection hold phi near zero. */
-SPRINGLS__FN bool springls__is_buried(const springls_context *ctx, const springls__springl *s)
-{
-    const float ahead = 0.75f, deep = -0.2f;
-    return springls__phi_or_beyond(&ctx->grid, springls__mad(s->p, springls__springl_normal(s), ahead)) < deep;
-}
-
-enum { SPRINGLS__REMOVE, SPRINGLS__KEEP, SPRINGLS__RESHAPE };
-
-typedef struct springls__contract_job {
-    springls_context *ctx;
-    uint8_t *keep; /* what becomes of a springl */
-    float cos_min, cos_max;
-} springls__contract_job;
-
-SPRINGLS__FN void springls__contract_task(void *arg, int begin, int end)
-{
-    const springls__contract_job *job = (const springls__contract_job *)arg;
-    const springls_context *ctx = job->ctx;
-    for (; begin < end; begin++) {
-        const springls__springl *s = &ctx->set.s[begin];
-        bool distant = springls__fabs(ctx->set.phi[begin]) > ctx->params.contract_distance;
-        job->keep[begin] = SPRINGLS__KEEP;
-        if (ctx->params.project_level_set && springls__is_buried(ctx, s)) job->keep[begin] = SPRINGLS__REMOVE;
-        else if (distant && !(ctx->params.keep_thin && springls__on_thin_sheet(ctx, begin))) job->keep[begin] = SPRINGLS__REMOVE;
-        else if (!ctx->set.mask[begin] && springls__bad_shape(springls__springl_tri(s), job->cos_min, job->cos_max, ctx->params.min_area))
-            job->keep[begin] = ctx->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
-    }
-}
-
-/* A good shape about the same particle, which keeps its exact path and correspondence. */
-SPRINGLS__FN void springls__reshape(springls_context *ctx, int i)
-{
-    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
-    springls__springl *s = &ctx->set.s[i];
-    springls__tri t = springls__springl_tri(s);
-    springls__v3 area2 = springls__tri_area2(t), n;
-    float area = 0.5f * springls__length(area2);
-    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&ctx->grid, ctx->grid.phi, s->p));
-    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
-    t = springls__equilateral(s->p, n, springls__sub(t.a, s->p), springls__max(area, smallest));
-    s->q[0] = t.a;
-    s->q[1] = t.b;
-    s->q[2] = t.c;
-    springls__springl_finish(s);
-}
-
-/* True when an older kept springl on the same side sits closer than merge_distance. */
-SPRINGLS__FN bool springls__is_crowded(const springls_context *ctx, const uint8_t *keep, int i)
-{
-    const float r = ctx->params.merge_distance;
-    const springls__springl *s = &ctx->set.s[i];
-    springls__v3 n = springls__springl_normal(s);
-    springls__cell_walk walk = springls__cell_walk_near(ctx, s->p, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *o = &ctx->set.s[other];
-        bool older = ctx->set.generation[other] < ctx->set.generation[i]
-                  || (ctx->set.generation[other] == ctx->set.generation[i] && other < i);
-        if (!older || !keep[other] || springls__length2(springls__sub(o->p, s->p)) >= r * r) continue;
-        if (springls__dot(springls__springl_normal(o), n) > 0.3f) return true;
-    }
-    return false;
-}
-
-/* Of two springls that sit on each other the younger goes: oldest first, so that only kept ones displace others. */
-SPRINGLS__FN springls_status springls__merge_crowded(springls_context *ctx, uint8_t *keep)
-{
-    enum { AGES = 256 }; /* older ones count as of one age */
-    int first[AGES + 1], *order, i, age, count = ctx->set.count;
+    int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&order));
-    memset(first, 0, sizeof first);
-    for (i = 0; i < count; i++) first[springls__imin((int)ctx->set.generation[i], AGES - 1) + 1]++;
-    for (age = 0; age < AGES; age++) first[age + 1] += first[age];
-    for (i = 0; i < count; i++) order[first[springls__imin((int)ctx->set.generation[i], AGES - 1)]++] = i;
-    for (i = 0; i < count; i++)
-        if (keep[order[i]] && springls__is_crowded(ctx, keep, order[i])) keep[order[i]] = SPRINGLS__REMOVE;
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
+    do {
+        springls__run(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
+        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
+    } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
-    springls__contract_job job;
-    int i;
-    if (ctx->set.count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->set.count, 1, (void **)&job.keep));
-    if (ctx->params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
-    job.ctx = ctx;
-    job.cos_min = springls__cospi(ctx->params.min_angle / 180.0f);
-    job.cos_max = springls__cospi(ctx->params.max_angle / 180.0f);
-    springls__parallel(ctx, ctx->set.count, 256, springls__contract_task, &job);
-    for (i = 0; i < ctx->set.count; i++) {
-        if (job.keep[i] != SPRINGLS__RESHAPE) continue;
-        springls__reshape(ctx, i);
-        ctx->stats.reshaped++;
-    }
-    if (ctx->params.merge_distance > 0.0f) {
-        springls__constellation_changed(ctx);
-        SPRINGLS__TRY(springls__merge_crowded(ctx, job.keep));
-    }
-    ctx->stats.removed += springls__constellation_compact(ctx, job.keep);
+    springls__job job = springls__no_job();
+    int count = ctx->model.set.count;
+    if (count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
+    if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
+    job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
+    job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
+    springls__run(ctx, SPRINGLS__KERNEL_contract, count, job);
+    springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
+    ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
+    springls__constellation_changed(ctx);
+    if (ctx->model.params.merge_distance > 0.0f) SPRINGLS__TRY(springls__merge(ctx));
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    ctx->stats.removed += count - ctx->model.set.count;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -5248,245 +6625,30 @@ SPRINGLS_API springls_status springls_contract(springls_context *ctx)
    where they were carried; what wears off are normals, which neighbours across the crease turn, and whatever is averaged over
    both sides. */
 
-/* The springls about a place. */
-typedef struct springls__crowd {
-    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];
-    float weight[SPRINGLS__CROWD];
-    int id[SPRINGLS__CROWD], count;
-} springls__crowd;
-
-/* False when it is full. */
-SPRINGLS__FN bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
-{
-    int i = crowd->count;
-    if (i == SPRINGLS__CROWD) return false;
-    crowd->p[i] = p;
-    crowd->n[i] = n;
-    crowd->a[i] = a;
-    crowd->weight[i] = weight;
-    crowd->id[i] = id;
-    crowd->count++;
-    return true;
-}
-
-/* narrow, certain: see springls__find_sides. */
-SPRINGLS__FN springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)
-{
-    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
-}
-
-/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
-SPRINGLS__FN void springls__gather_crowd(const springls_context *ctx, springls__v3 x, float radius, int known, springls__crowd *crowd)
-{
-    springls__cell_walk walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
-                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
-    const float least = 0.3f;
-    int i;
-    crowd->count = 0;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *s = &ctx->set.s[i];
-        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
-        if (i >= known || weight <= 0.0f) continue;
-        if (springls__join(crowd, s->p, springls__springl_normal(s), ctx->set.a[i], weight * weight, i)) continue;
-        if (radius < least) return; /* they lie on each other: these will do */
-        radius *= 0.8f;             /* too many: begin again */
-        walk = springls__cell_walk_begin(ctx, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
-                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
-        crowd->count = 0;
-    }
-}
-
-/* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__FN springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
-                                                     int self)
-{
-    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
-    springls__fit_result result;
-    int i;
-    for (i = 0; i < crowd->count; i++)
-        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)
-            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);
-    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
-    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
-    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
-        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
-        result.ok = 0;
-    return result;
-}
-
-/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
-   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
-   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__FN springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
-                                                   springls__v3 a0, int self, int ways, int at_least)
-{
-    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
-    springls__fit_result fit[SPRINGLS__SIDES], result;
-    float least = FLT_MAX;
-    int side, best = -1, good = 0;
-    for (side = 0; side < sides.count; side++) {
-        float off;
-        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);
-        if (!fit[side].ok) continue;
-        good++;
-        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
-        if (off >= least) continue;
-        least = off;
-        best = side;
-    }
-    result.ok = good >= at_least;
-    result.point = x;
-    result.normal = n;
-    result.a = a0;
-    if (!result.ok) return result;
-    result = fit[best];
-    for (side = 0; side < sides.count; side++) {
-        int convex;
-        float beyond;
-        if (side == best || !fit[side].ok) continue;
-        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
-        if (!(ways & (convex ? 1 : 2))) result.ok = 0;
-        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
-        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
-    }
-    return result;
-}
-
-/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
-SPRINGLS__FN bool springls__place_at_edge(const springls_context *ctx, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
-                                          springls__fit_result *result)
-{
-    springls__crowd crowd;
-    springls__sides sides;
-    int i, edges = 0;
-    if (ctx->stats.at_edges == 0) return false;
-    springls__gather_crowd(ctx, x, SPRINGLS__FIT_RADIUS, known, &crowd);
-    for (i = 0; i < crowd.count; i++) edges += ctx->set.edge[crowd.id[i]];
-    if (edges == 0) return false;
-    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);
-    if (sides.count < 2) return false;
-    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
-    return result->ok != 0;
-}
-
-/* ---- springls at a crease, before the level set follows ---- */
-
-typedef struct springls__sharpen_job {
-    springls_context *ctx;
-    springls__v3 *normal, *point; /* to be; edge tells where */
-    uint8_t *suspect;             /* 1: a neighbour faces elsewhere */
-    const uint8_t *was;           /* edge, before                                                            */
-    bool anew;                    /* edges are looked for everywhere */
-} springls__sharpen_job;
-
-/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew, later those beside
-   the ones known. */
-SPRINGLS__FN void springls__suspect_task(void *arg, int begin, int end)
-{
-    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
-    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
-    const springls_context *ctx = job->ctx;
-    for (; begin < end; begin++) {
-        springls__v3 p = ctx->set.s[begin].p;
-        springls__cell_walk walk = springls__cell_walk_near(ctx, p, radius);
-        int other;
-        job->suspect[begin] = 0;
-        while ((other = springls__cell_walk_next(&walk)) >= 0 && !job->suspect[begin]) {
-            float along = springls__dot(job->normal[begin], job->normal[other]);
-            if (job->anew ? along < turned && along > SPRINGLS__AWAY : job->was[other])
-                job->suspect[begin] = springls__length2(springls__sub(p, ctx->set.s[other].p)) < radius * radius;
-        }
-    }
-}
-
-SPRINGLS__FN void springls__normals_task(void *arg, int begin, int end)
-{
-    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
-    for (; begin < end; begin++) job->normal[begin] = springls__springl_normal(&job->ctx->set.s[begin]);
-}
-
-SPRINGLS__FN void springls__side_task(void *arg, int begin, int end)
-{
-    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
-    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
-    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
-    springls_context *ctx = job->ctx;
-    springls__crowd crowd;
-    for (; begin < end; begin++) {
-        const springls__springl *s = &ctx->set.s[begin];
-        springls__fit_result fit;
-        springls__sides sides;
-        bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
-        int i;
-        ctx->set.edge[begin] = 0;
-        if (!job->suspect[begin]) continue;
-        springls__gather_crowd(ctx, s->p, radius, ctx->set.count, &crowd);
-        for (i = 0; i < crowd.count; i++) was_edge = was_edge || (crowd.weight[i] > beside && job->was[crowd.id[i]]);
-        sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
-        if (sides.count < 2) continue;
-        fit = springls__side_at(&crowd, sides, s->p, springls__springl_normal(s), ctx->set.a[begin], begin, 3, 2);
-        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
-        ctx->set.edge[begin] = 1;
-        job->normal[begin] = fit.normal;
-        job->point[begin] = fit.point;
-    }
-}
-
-SPRINGLS__FN void springls__turn_task(void *arg, int begin, int end)
-{
-    const springls__sharpen_job *job = (const springls__sharpen_job *)arg;
-    springls_context *ctx = job->ctx;
-    int m;
-    for (; begin < end; begin++) {
-        springls__springl *s = &ctx->set.s[begin];
-        springls__v3 n = springls__springl_normal(s);
-        if (!ctx->set.edge[begin] || ctx->set.mask[begin]) continue;
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->p, springls__turn_to(springls__sub(s->q[m], s->p), n, job->normal[begin]));
-        springls__springl_finish(s);
-    }
-}
-
-SPRINGLS__FN void springls__count_edges(springls_context *ctx)
-{
-    int i;
-    ctx->stats.at_edges = 0;
-    for (i = 0; i < ctx->set.count; i++) ctx->stats.at_edges += ctx->set.edge[i];
-}
-
 /* Finds the springls at creases (edge), and the normal and place that each has on its side. */
-SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, springls__sharpen_job *job, bool anew)
+SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool anew)
 {
-    size_t n = (size_t)ctx->set.count;
-    uint8_t *was;
-    job->ctx = ctx;
-    job->anew = anew;
+    int count = ctx->model.set.count;
+    size_t n = (size_t)count;
     SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof *job->normal, (void **)&job->normal));
-    SPRINGLS__TRY(springls__scratch(ctx, 5, n, sizeof *job->point, (void **)&job->point));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, (void **)&job->suspect));
-    SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, (void **)&was));
-    memcpy(was, ctx->set.edge, n);
-    job->was = was;
-    springls__parallel(ctx, ctx->set.count, 512, springls__normals_task, job);
-    springls__parallel(ctx, ctx->set.count, 512, springls__suspect_task, job);
-    springls__parallel(ctx, ctx->set.count, 64, springls__side_task, job);
-    springls__count_edges(ctx);
+    SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof(springls__v3), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_normal, count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_edge_suspect, count, springls__job_of(anew));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_side, count, springls__no_job());
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, count, 1);
     return SPRINGLS_OK;
 }
 
 /* Edges of a model that has just been set. Others are not looked for later: what bends sharply in motion is no edge. */
-SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx)
-{
-    springls__sharpen_job job;
-    return springls__sort_sides(ctx, &job, true);
-}
+SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx) { return springls__sort_sides(ctx, true); }
 
 /* Springls at a crease are turned, each about its particle, into their own side. */
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx)
 {
-    springls__sharpen_job job;
-    SPRINGLS__TRY(springls__sort_sides(ctx, &job, false));
-    springls__parallel(ctx, ctx->set.count, 256, springls__turn_task, &job);
+    SPRINGLS__TRY(springls__sort_sides(ctx, false));
+    springls__run(ctx, SPRINGLS__KERNEL_edge_turn, ctx->model.set.count, springls__no_job());
     ctx->omega_fresh = false;
     ctx->model_fresh = false;
     return SPRINGLS_OK;
@@ -5555,7 +6717,7 @@ SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls_
 SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
 {
     const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
-    springls__v3 n = springls__springl_normal(s);
+    springls__v3 n = springls__springl_normal(*s);
     springls__crowd crowd;
     springls__sides sides;
     springls__fit_result fit;
@@ -5569,7 +6731,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
         for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
-        springls__springl_finish(s);
+        *s = springls__springl_finished(*s);
         *edge = sides.count > 1;
         return true;
     }
@@ -5599,10 +6761,10 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
 {
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
-        springls__springl *s = &ctx->set.s[begin];
-        if (springls__has_kink(&ctx->grid, s->p) && springls__initial_side(&ctx->grid, s, &ctx->set.edge[begin])) {
-            ctx->set.a[begin] = s->p;
-            ctx->set.was[begin] = s->p;
+        springls__springl *s = &ctx->model.set.s[begin];
+        if (springls__has_kink(&ctx->model.grid, s->p) && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
+            ctx->model.set.a[begin] = s->p;
+            ctx->model.set.was[begin] = s->p;
         }
     }
 }
@@ -5610,142 +6772,16 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
 /* Initial springls of a level set that cut across a crease are moved to one side of it. */
 SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 {
-    springls__parallel(ctx, ctx->set.count, 64, springls__initial_edges_task, ctx);
-    springls__count_edges(ctx);
-}
-
-/* ---- the level set near a crease ---- */
-
-/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
-SPRINGLS__FN springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
-{
-    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
-    springls__v3 p[SPRINGLS__SIDES];
-    float height[SPRINGLS__SIDES];
-    springls__say all;
-    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
-    all.weight = all.distance = 0.0f;
-    if (sides.count == 0) return all;
-    known.count = 0;
-    for (side = 0; side < sides.count; side++) {
-        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
-        float weight = 0.0f, value = 0.0f;
-        for (i = 0; i < crowd->count; i++) {
-            springls__say say;
-            if (springls__side_of(sides, crowd->n[i]) != side) continue;
-            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
-            weight += say.weight;
-            value += say.weight * say.distance;
-            middle = springls__mad(middle, crowd->p[i], say.weight);
-        }
-        if (weight < 1e-3f) continue;
-        p[known.count] = springls__scale(middle, 1.0f / weight);
-        height[known.count] = value / weight;
-        known.normal[known.count++] = sides.normal[side];
-        all.weight += weight;
-    }
-    if (known.count == 0) return all;
-    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
-    if (known.count > 2) {
-        convex[1] = springls__is_convex(p[0], known.normal[0], p[2], known.normal[2]);
-        convex[2] = springls__is_convex(p[1], known.normal[1], p[2], known.normal[2]);
-    }
-    all.distance = springls__height_over_sides(height, known.count, convex);
-    return all;
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
 }
 
 /* ======== >>track  (src/track.h) =============================================================================== */
 /* track.h - where on the original surface a springl belongs (section 4.7). */
 
-/* eq. 26. */
-SPRINGLS__FN springls__v3 springls__project_on_original(const springls_context *ctx, springls__v3 a)
-{
-    const springls__grid *g = &ctx->reference;
-    int i;
-    for (i = 0; i < ctx->params.track_iterations; i++)
-        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), ctx->params.track_step);
-    return a;
-}
-
-/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
-SPRINGLS__FN float springls__springl_distance2(const springls__springl *s, const springls__springl *other)
-{
-    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
-    float d2 = springls__tri_distance2(plan, s->p);
-    int m;
-    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s->q[m]));
-    return d2;
-}
-
-/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when
-   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */
-SPRINGLS__FN springls__v3 springls__adopt_correspondence(const springls_context *ctx, const springls__springl *s, int known)
-{
-    springls__v3 n = springls__springl_normal(s);
-    float radius = ctx->params.neighbor_radius;
-    int attempt;
-    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
-        springls__cell_walk walk = springls__cell_walk_around(ctx, s->p, s->p, radius + s->reach);
-        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
-        float best = FLT_MAX;
-        int other, count = 0;
-        while ((other = springls__cell_walk_next(&walk)) >= 0) {
-            float d2;
-            if (other >= known || springls__dot(springls__springl_normal(&ctx->set.s[other]), n) <= 0.0f) continue; /* the far sheet */
-            d2 = springls__springl_distance2(s, &ctx->set.s[other]);
-            if (d2 > radius * radius) continue;
-            sum = springls__add(sum, ctx->set.a[other]);
-            count++;
-            if (d2 < best) {
-                best = d2;
-                nearest = ctx->set.a[other];
-            }
-        }
-        if (count == 0) continue;
-        sum = springls__scale(sum, 1.0f / (float)count);
-        return springls__length(springls__sub(sum, nearest)) > ctx->params.nearest_rule ? nearest : sum;
-    }
-    return s->p;
-}
-
-/* The quadratic fit at x over the particles around, springls before `known` only. */
-SPRINGLS__FN springls__fit_result springls__fit_at(const springls_context *ctx, springls__v3 x, springls__v3 n, springls__v3 a0, int known)
-{
-    const float r = SPRINGLS__FIT_RADIUS;
-    springls__fit fit = springls__fit_begin(x, n, a0);
-    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
-    springls__fit_result result;
-    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    int other, before;
-    if (ctx->params.keep_edges && springls__place_at_edge(ctx, x, n, a0, known, &result)) return result;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *o = &ctx->set.s[other];
-        springls__v3 a = ctx->set.a[other];
-        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        before = fit.count;
-        fit = springls__fit_add(fit, o->p, springls__springl_normal(o), a);
-        if (fit.count == before) continue;
-        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
-        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
-    }
-    result = springls__fit_end(fit);
-    if (!result.ok) return result;
-    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
-                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
-    return result;
-}
-
-SPRINGLS__FN void springls__track_task(void *arg, int begin, int end)
-{
-    springls_context *ctx = (springls_context *)arg;
-    for (; begin < end; begin++) ctx->set.a[begin] = springls__project_on_original(ctx, ctx->set.a[begin]);
-}
-
 SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 {
-    springls__parallel(ctx, ctx->set.count, 256, springls__track_task, ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_track, ctx->model.set.count, springls__no_job());
     return SPRINGLS_OK;
 }
 
@@ -5757,62 +6793,22 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx)
 /* ======== >>resample  (src/resample.h) ========================================================================= */
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
-/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
-   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
-SPRINGLS__FN springls__v3 springls__place_child(springls_context *ctx, springls__springl *child, springls__v3 a, int known)
-{
-    springls__fit_result fit;
-    int m;
-    child->p = springls__tri_centroid(springls__springl_tri(child));
-    if (ctx->params.placement == SPRINGLS_PLACE_COPY) return a;
-    fit = springls__fit_at(ctx, child->p, springls__springl_normal(child), a, known);
-    if (!fit.ok) return a;
-    for (m = 0; m < 3; m++) child->q[m] = springls__add(child->q[m], springls__sub(fit.point, child->p));
-    child->p = fit.point;
-    return springls__project_on_original(ctx, fit.a);
-}
-
-SPRINGLS__FN bool springls__is_overgrown(const springls_params *params, springls__tri t)
-{
-    return springls__longest_edge2(t) > params->split_edge * params->split_edge
-        || springls__length2(springls__tri_area2(t)) > 4.0f * params->split_area * params->split_area;
-}
-
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
-    springls__constellation *set = &ctx->set;
-    int i, count = set->count, splits = 0;
-    for (i = 0; i < count; i++) splits += springls__is_overgrown(&ctx->params, springls__springl_tri(&set->s[i]));
+    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted, splits;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(uint32_t), NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, springls__no_job());
+    SPRINGLS__TRY(springls__scan(ctx, 1, count, &wanted));
+    splits = springls__imin(wanted, room);
+    ctx->stats.refused += wanted - splits;
     if (splits == 0) return SPRINGLS_OK;
-    if (splits > ctx->desc.max_springls - count) {
-        ctx->stats.refused += splits - (ctx->desc.max_springls - count);
-        splits = springls__imax(ctx->desc.max_springls - count, 0);
-    }
+    SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
-    for (i = 0; i < count && splits > 0; i++) {
-        springls__tri t = springls__springl_tri(&set->s[i]), half;
-        springls__springl child[2];
-        springls__v3 a[2], moved = springls__sub(set->s[i].p, set->was[i]);
-        int k;
-        if (!springls__is_overgrown(&ctx->params, t)) continue;
-        for (k = 0; k < 2; k++) {
-            half = springls__split_half(t, k);
-            child[k] = set->s[i];
-            child[k].q[0] = half.a;
-            child[k].q[1] = half.b;
-            child[k].q[2] = half.c;
-            a[k] = springls__place_child(ctx, &child[k], set->a[i], count);
-        }
-        set->s[i] = child[0];
-        springls__springl_finish(&set->s[i]);
-        set->a[i] = a[0];
-        set->generation[i]++;
-        set->was[i] = springls__sub(child[0].p, moved);
-        set->was[springls__constellation_append(ctx, &child[1], a[1], set->generation[i], set->mask[i])] = springls__sub(child[1].p, moved);
-        ctx->stats.split++;
-        splits--;
-    }
+    springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
+    springls__run(ctx, SPRINGLS__KERNEL_split_store, count, springls__job_of(splits));
+    springls__constellation_added(ctx, splits);
+    ctx->stats.split += splits;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -5825,39 +6821,20 @@ SPRINGLS_API springls_status springls_resample(springls_context *ctx)
 /* ======== >>omega  (src/omega.h) =============================================================================== */
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
-/* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__FN void springls__springl_bricks(const springls__grid *g, const springls__springl *s, float margin, int lo[3], int hi[3])
-{
-    springls__v3 lower, upper;
-    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
-    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
-    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
-    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
-    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
-    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
-    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
-}
-
 /* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
 SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float margin)
 {
-    springls__grid *g = &ctx->grid;
-    springls__cells *cells = &ctx->cells;
+    springls__grid *g = &ctx->model.grid;
+    springls__cells *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__grow(ctx, &cells->near_first_memory, (size_t)g->active_count + 2, sizeof(uint32_t), 0));
-    cells->near_first = (uint32_t *)cells->near_first_memory.data;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
     memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
-        for (i = 0; i < ctx->set.count; i++) {
+        for (i = 0; i < ctx->model.set.count; i++) {
             int lo[3], hi[3], x, y, z;
-            springls__springl_bricks(g, &ctx->set.s[i], margin, lo, hi);
+            springls__springl_bricks(g, &ctx->model.set.s[i], margin, lo, hi);
             for (z = lo[2]; z <= hi[2]; z++)
                 for (y = lo[1]; y <= hi[1]; y++)
                     for (x = lo[0]; x <= hi[0]; x++) {
@@ -5872,54 +6849,15 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
             cells->near_first[i + 2] += cells->near_first[i + 1];
         }
         total = (int)cells->near_first[g->active_count + 1];
-        SPRINGLS__TRY(springls__grow(ctx, &cells->near_memory, (size_t)total + 1, sizeof(uint32_t), 0));
-        cells->near_ids = (uint32_t *)cells->near_memory.data;
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_IDS, (size_t)total + 1, 0));
     }
     return SPRINGLS_OK;
-}
-
-SPRINGLS__FN void springls__omega_brick(const springls_context *ctx, int index)
-{
-    const springls__grid *g = &ctx->grid;
-    const float capture = ctx->params.capture;
-    float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    int origin[3], i, y, z;
-    uint32_t k;
-    springls__slot_origin(g, g->active[index], origin);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;
-    for (k = ctx->cells.near_first[index]; k < ctx->cells.near_first[index + 1]; k++) {
-        const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(s));
-        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
-        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
-        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
-        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
-        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float reach = s->reach * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
-        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++)
-                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
-    }
-}
-
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
-SPRINGLS__FN bool springls__omega_unknown(const springls__grid *g, int slot)
-{
-    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-}
-
-SPRINGLS__FN void springls__omega_task(void *arg, int begin, int end)
-{
-    const springls_context *ctx = (const springls_context *)arg;
-    for (; begin < end; begin++)
-        if (springls__omega_unknown(&ctx->grid, ctx->grid.active[begin])) springls__omega_brick(ctx, begin);
 }
 
 /* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     bool unknown = false;
     int i;
     for (i = 0; i < g->active_count; i++) {
@@ -5927,8 +6865,8 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
         unknown = unknown || springls__omega_unknown(g, g->active[i]);
     }
     if (unknown) {
-        SPRINGLS__TRY(springls__near_build(ctx, ctx->params.capture));
-        springls__parallel(ctx, g->active_count, 4, springls__omega_task, ctx);
+        SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
+        springls__run(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
@@ -5938,109 +6876,29 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 /* topology.h - topology preservation (section 4.5, after Han et al.): a voxel may change sides only where it is simple.
    Inside is 6-connected and outside 26-connected, here and in marching cubes. */
 
-SPRINGLS__FN unsigned springls__inside_mask(const springls__grid *g, const float *phi, int x, int y, int z)
-{
-    unsigned mask = 0;
-    int d;
-    for (d = 0; d < 27; d++)
-        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;
-    return mask;
-}
-
-typedef struct springls__colour_job { springls_context *ctx; int colour; } springls__colour_job;
-
-/* Voxels of one parity have no neighbour of the same parity: they may change together, in any order. The present sides
-   live in phi, which receives what is granted of what phi_next asks for. */
-SPRINGLS__FN void springls__colour_task(void *arg, int begin, int end)
-{
-    const springls__colour_job *job = (const springls__colour_job *)arg;
-    springls__grid *g = &job->ctx->grid;
-    int cx = job->colour & 1, cy = job->colour >> 1 & 1, cz = job->colour >> 2, x, y, z;
-    for (; begin < end; begin++) {
-        float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        const float *next = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        int origin[3];
-        springls__slot_origin(g, g->active[begin], origin);
-        for (z = cz; z < 8; z += 2)
-            for (y = cy; y < 8; y += 2)
-                for (x = cx; x < 8; x += 2) {
-                    int v = x + 8 * y + 64 * z;
-                    if ((phi[v] < 0.0f) == (next[v] < 0.0f)) continue;
-                    if (!springls__grid_contains(g, origin[0] + x, origin[1] + y, origin[2] + z)) continue;
-                    if (springls__is_simple(springls__inside_mask(g, g->phi, origin[0] + x, origin[1] + y, origin[2] + z)))
-                        phi[v] = next[v];
-                }
-    }
-}
-
-/* What was not granted is taken out of phi_next. */
-SPRINGLS__FN void springls__hold_task(void *arg, int begin, int end)
-{
-    const springls__grid *g = &((const springls_context *)arg)->grid;
-    const float held = 0.25f; /* a voxel that may not change stays next to the interface */
-    int x;
-    for (; begin < end; begin++) {
-        const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        float *next = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)
-            if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;
-    }
-}
-
 /* The front goes on by about a voxel a pass: `passes` of them for a step of that many voxels. */
 SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
-    springls__colour_job job;
-    job.ctx = ctx;
+    int colour;
     for (; passes > 0; passes--)
-        for (job.colour = 0; job.colour < 8; job.colour++)
-            springls__parallel(ctx, ctx->grid.active_count, 8, springls__colour_task, &job);
-    springls__parallel(ctx, ctx->grid.active_count, 8, springls__hold_task, ctx);
+        for (colour = 0; colour < 8; colour++) springls__run(ctx, SPRINGLS__KERNEL_colour, ctx->model.grid.active_count, springls__job_of(colour));
+    springls__run(ctx, SPRINGLS__KERNEL_hold, ctx->model.grid.active_count, springls__no_job());
 }
 
 /* ======== >>evolve  (src/evolve.h) ============================================================================= */
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 23). */
 
-/* phi_next from phi and omega. */
-SPRINGLS__FN void springls__evolve_task(void *arg, int begin, int end)
-{
-    const springls_context *ctx = (const springls_context *)arg;
-    const springls__grid *g = &ctx->grid;
-    const float width = ctx->params.evolve_width, step = ctx->params.evolve_step, lambda = ctx->params.curvature;
-    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];
-    int x, y, z, d;
-    for (; begin < end; begin++) {
-        int slot = g->active[begin];
-        float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-        springls__load_tile(g, g->phi, slot, phi);
-        springls__load_tile(g, g->omega, slot, omega);
-        for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++) {
-                int at = springls__tile_index(0, y, z);
-                springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);
-            }
-        if (lambda == 0.0f) continue;
-        for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++)
-                for (x = 0; x < 8; x++) {
-                    if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;
-                    for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];
-                    out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);
-                }
-    }
-}
-
 /* phi_next becomes phi; where topology is preserved, only as far as it may, a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 {
-    if (ctx->params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
-    springls__swap_phi(&ctx->grid);
+    if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
+    springls__swap_phi(ctx);
 }
 
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__omega_build(ctx));
-    springls__parallel(ctx, ctx->grid.active_count, 4, springls__evolve_task, ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
     springls__commit_phi(ctx, 1);
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
@@ -6054,71 +6912,18 @@ SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
 /* ======== >>rebuild  (src/rebuild.h) =========================================================================== */
 /* rebuild.h - phi becomes a distance again, and the narrow band moves with the surface. */
 
-/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__FN void springls__interface_task(void *arg, int begin, int end)
-{
-    const springls__grid *g = &((const springls_context *)arg)->grid;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z;
-    for (; begin < end; begin++) {
-        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        springls__load_tile(g, g->phi, g->active[begin], tile);
-        for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++)
-                springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
-    }
-}
-
-/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__FN void springls__redistance_task(void *arg, int begin, int end)
-{
-    const springls__grid *g = &((const springls_context *)arg)->grid;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z;
-    for (; begin < end; begin++) {
-        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        springls__load_tile(g, g->phi, g->active[begin], tile);
-        for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++)
-                springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
-    }
-}
-
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
 {
     for (; sweeps > 0; sweeps--) {
-        springls__parallel(ctx, ctx->grid.active_count, 8, springls__redistance_task, ctx);
-        springls__swap_phi(&ctx->grid);
+        springls__run(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        springls__swap_phi(ctx);
     }
-}
-
-/* Which of the 27 bricks around (and including) a brick the band reaches. */
-SPRINGLS__FN uint32_t springls__band_reach(const float *phi, float half_width)
-{
-    uint32_t reach = 0;
-    int x, y, z;
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            uint32_t row = 0;
-            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
-        }
-    return reach;
-}
-
-SPRINGLS__FN void springls__band_task(void *arg, int begin, int end)
-{
-    const springls_context *ctx = (const springls_context *)arg;
-    uint32_t *reach = (uint32_t *)ctx->scratch[0].data;
-    for (; begin < end; begin++)
-        reach[begin] = springls__band_reach(ctx->grid.phi + (size_t)ctx->grid.active[begin] * SPRINGLS__BRICK_VOXELS,
-                                            ctx->params.band_half_width);
 }
 
 /* Bricks that the band has reached are added, bricks that it has left are dropped. */
 SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     uint32_t *reach;
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
@@ -6126,7 +6931,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    springls__parallel(ctx, g->active_count, 32, springls__band_task, ctx);
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -6145,14 +6950,14 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     }
     springls__grid_drop_bricks(g, keep);
     ctx->cells_fresh = false; /* they live in the bricks */
-    return springls__grid_add_bricks(ctx, g, wanted, missing);
+    return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__parallel(ctx, ctx->grid.active_count, 8, springls__interface_task, ctx);
-    springls__swap_phi(&ctx->grid);
-    springls__redistance_sweeps(ctx, (int)ctx->params.band_half_width); /* one a voxel of the way */
+    springls__run(ctx, SPRINGLS__KERNEL_interface, ctx->model.grid.active_count, springls__no_job());
+    springls__swap_phi(ctx);
+    springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
     return springls__band_move(ctx);
 }
 
@@ -6166,308 +6971,45 @@ SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
    of the moving front out of the level set. With params.predict phi is first carried along: the value at a voxel is that
    of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
 
-/* Springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
-typedef struct springls__project_job {
-    springls_context *ctx;
-    springls__oriented *oriented;
-    int in_cells, count;
-    float most_moved; /* the longest way of any springl */
-    bool carry;
-    uint8_t *in_doubt; /* bricks with doubtful voxels */
-} springls__project_job;
-
-SPRINGLS__FN void springls__oriented_task(void *arg, int begin, int end)
-{
-    const springls__project_job *job = (const springls__project_job *)arg;
-    const springls_context *ctx = job->ctx;
-    for (; begin < end; begin++) {
-        uint32_t i = begin < job->in_cells ? ctx->cells.ids[begin] : ctx->cells.large[begin - job->in_cells];
-        springls__oriented *o = &job->oriented[begin];
-        o->p = ctx->set.s[i].p;
-        o->n = springls__springl_normal(&ctx->set.s[i]);
-        o->moved = springls__sub(o->p, ctx->set.was[i]);
-        o->edge = springls__at_edge(ctx, (int)i);
-    }
-}
-
-/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
-enum { SPRINGLS__NEAR_RANGES = 6 * 6 * 3 + 1 };
-
-typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
-
-SPRINGLS__FN void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
-{
-    if (first == end) return;
-    near_by->first[near_by->count] = first;
-    near_by->end[near_by->count++] = end;
-}
-
-SPRINGLS__FN springls__near_ranges springls__near_brick(const springls__project_job *job, const int origin[3])
-{
-    const springls__grid *g = &job->ctx->grid;
-    springls__near_ranges near_by;
-    int x, y, z;
-    near_by.count = 0;
-    for (z = -SPRINGLS__CELL; z < 8 + SPRINGLS__CELL; z += SPRINGLS__CELL)
-        for (y = -SPRINGLS__CELL; y < 8 + SPRINGLS__CELL; y += SPRINGLS__CELL)
-            for (x = -8; x <= 8; x += 8) {
-                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
-                const uint32_t *cell;
-                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
-                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
-                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
-                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
-                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
-            }
-    springls__near_ranges_add(&near_by, job->in_cells, job->count);
-    return near_by;
-}
-
-/* Does a place in a brick's own voxels come near one of them, along one axis? */
-SPRINGLS__FN bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
-
-/* The first and the last of them that it comes near. */
-SPRINGLS__FN int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
-SPRINGLS__FN int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
-
-typedef void (*springls__row_fn)(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row);
-
-/* Runs over the rows of a brick that a springl reaches. */
-SPRINGLS__FN void springls__reached_rows(const springls__oriented *s, const int origin[3], springls__row_fn run, springls__brick_sums *sums)
-{
-    springls__v3 p = springls__v3_make(s->p.x - (float)origin[0], s->p.y - (float)origin[1], s->p.z - (float)origin[2]), offset;
-    int y0, y1, z0, z1, y, z;
-    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
-    y0 = springls__first_near(p.y);
-    y1 = springls__last_near(p.y);
-    z0 = springls__first_near(p.z);
-    z1 = springls__last_near(p.z);
-    offset.x = -p.x;
-    for (z = z0; z <= z1; z++) {
-        offset.z = (float)z - p.z;
-        for (y = y0; y <= y1; y++) {
-            offset.y = (float)y - p.y;
-            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            run(s, offset, sums, 8 * y + 64 * z);
-        }
-    }
-}
-
-/* The nearest springl of every voxel, then the sums over those that face the same way. */
-SPRINGLS__FN void springls__brick_sums_take(const springls__project_job *job, const springls__near_ranges *near_by, const int origin[3],
-                                            springls__brick_sums *sums)
-{
-    int r, k, v;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-    memset(sums->facing, 0, sizeof sums->facing);
-    memset(sums->sum, 0, sizeof sums->sum);
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__nearest_row, sums);
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(&job->oriented[k], origin, springls__moments_row, sums);
-}
-
-SPRINGLS__FN bool springls__near_edge(const springls__project_job *job, const springls__near_ranges *near_by)
-{
-    int r, k;
-    if (!job->ctx->params.keep_edges || job->ctx->stats.at_edges == 0) return false;
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            if (job->oriented[k].edge) return true;
-    return false;
-}
-
-/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
-SPRINGLS__FN bool springls__project_at_edge(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, float *phi)
-{
-    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-    springls__crowd crowd;
-    springls__say say;
-    int r, k, edges = 0;
-    crowd.count = 0;
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
-            const springls__oriented *s = &job->oriented[k];
-            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
-            if (weight <= 0.0f) continue;
-            edges += s->edge;
-            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);
-        }
-    if (edges == 0) return false;
-    say = springls__edge_distance(&crowd, x);
-    if (say.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, say.distance);
-    return true;
-}
-
-/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
-SPRINGLS__FN bool springls__between_sides(const springls__project_job *job, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
-{
-    int r, k;
-    for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
-            const springls__oriented *s = &job->oriented[k];
-            springls__v3 d = springls__sub(x, s->p);
-            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
-        }
-    return false;
-}
-
-/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
-   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
-   thread may break. */
-SPRINGLS__FN float springls__project_voxel(const springls__project_job *job, const springls__near_ranges *near_by, const springls__wide_tile *tile,
-                                           const int origin[3], int v, springls__moments sum, bool at_edge, float phi)
-{
-    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
-    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
-    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
-    springls__projection f;
-    if (job->carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
-    if (!job->ctx->params.project_level_set) return phi;
-    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(job, near_by, x, &phi)) return phi;
-    f = springls__moments_distance(sum);
-    if (job->ctx->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(job, near_by, x, springls__normalize(sum.normal))
-        && springls__in_sheet(job->ctx, x, springls__normalize(sum.normal)))
-        return f.distance;
-    return springls__corrected_phi(phi, f);
-}
-
-SPRINGLS__FN void springls__project_task(void *arg, int begin, int end)
-{
-    const springls__project_job *job = (const springls__project_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
-    springls__brick_sums sums;
-    springls__wide_tile tile;
-    springls__near_ranges near_by;
-    int v, o[3];
-    for (; begin < end; begin++) {
-        const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        bool some, at_edge;
-        job->in_doubt[begin] = 0;
-        springls__slot_origin(g, g->active[begin], o);
-        near_by = springls__near_brick(job, o);
-        some = near_by.count > 0;
-        at_edge = some && springls__near_edge(job, &near_by);
-        if (some) springls__brick_sums_take(job, &near_by, o, &sums);
-        if (some && job->carry) springls__load_wide_tile(g, g->phi, o, &tile);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            out[v] = phi[v];
-            if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
-                out[v] = springls__project_voxel(job, &near_by, &tile, o, v, springls__moments_load(&sums, v), at_edge, phi[v]);
-            } else if (job->carry && springls__fabs(phi[v]) < job->most_moved) {
-                out[v] = springls__doubtful(phi[v], g->far_value);
-                job->in_doubt[begin] = 1;
-            }
-        }
-    }
-}
-
-/* phi_next to omega, or back: doubtful voxels ask their neighbours. */
-typedef struct springls__settle_job {
-    const springls__grid *g;
-    const uint8_t *in_doubt;
-    const float *from;
-    float *to;
-    float enough;
-    bool last;
-} springls__settle_job;
-
-SPRINGLS__FN void springls__settle_task(void *arg, int begin, int end)
-{
-    const springls__settle_job *job = (const springls__settle_job *)arg;
-    const springls__grid *g = job->g;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z, v;
-    for (; begin < end; begin++) {
-        float *out = job->to + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        if (!job->in_doubt[begin]) {
-            memcpy(out, job->from + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof *out);
-            continue;
-        }
-        springls__load_tile(g, job->from, g->active[begin], tile);
-        for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job->enough, out + 8 * y + 64 * z);
-        if (!job->last) continue;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
-    }
-}
-
-/* The flood needs a third field: omega lends its memory, which is taken afresh when it is next asked for. */
-SPRINGLS__FN void springls__settle(springls_context *ctx, const uint8_t *in_doubt)
+/* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
+   when it is next asked for. */
+SPRINGLS__FN void springls__settle(springls_context *ctx)
 {
     const int voxels = 3; /* from what a springl reaches to what it may have passed; it goes no further than far_value */
     const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
-    springls__grid *g = &ctx->grid;
-    springls__settle_job job;
-    int i, some = 0;
-    for (i = 0; i < g->active_count; i++) some += in_doubt[i];
-    if (some == 0) return;
-    springls__fill(g->omega, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(g->omega, SPRINGLS__INSIDE, -g->far_value);
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) == 0) return;
+    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, g->far_value, -g->far_value);
     for (i = 0; i < voxels; i++) {
-        job.g = g;
-        job.in_doubt = in_doubt;
-        job.from = g->phi_next;
-        job.to = g->omega;
-        job.last = i == voxels - 1;
-        job.enough = job.last ? 0.0f : sure;
-        springls__parallel(ctx, g->active_count, 8, springls__settle_task, &job);
-        springls__swap_fields(&g->phi_next, &g->next_memory, &g->omega, &g->omega_memory);
+        springls__job job = springls__job_of(i == voxels - 1);
+        job.f[0] = i == voxels - 1 ? 0.0f : sure;
+        springls__run(ctx, SPRINGLS__KERNEL_settle, g->active_count, job);
+        springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
-    springls__fill(g->omega, SPRINGLS__OUTSIDE, ctx->params.capture);
-    springls__fill(g->omega, SPRINGLS__INSIDE, ctx->params.capture);
+    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, ctx->model.params.capture, ctx->model.params.capture);
     ctx->omega_fresh = false;
-}
-
-/* Single voxels of the other side go, but those that a thin sheet has inside. */
-SPRINGLS__FN void springls__specks_task(void *arg, int begin, int end)
-{
-    const springls_context *ctx = (const springls_context *)arg;
-    const springls__grid *g = &ctx->grid;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z, o[3];
-    for (; begin < end; begin++) {
-        float *out = g->phi_next + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        springls__slot_origin(g, g->active[begin], o);
-        springls__load_tile(g, g->phi, g->active[begin], tile);
-        for (z = 0; z < 8; z++)
-            for (y = 0; y < 8; y++) {
-                const float *phi = tile + springls__tile_index(0, y, z);
-                float *row = out + 8 * y + 64 * z;
-                if (!springls__specks_row(phi, row) || !ctx->params.nucleate) continue;
-                for (x = 0; x < 8; x++) {
-                    springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));
-                    int i = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(ctx, at, SPRINGLS__PROJECT_RADIUS) : -1;
-                    if (i >= 0 && springls__in_sheet(ctx, at, springls__springl_normal(&ctx->set.s[i]))) row[x] = phi[x];
-                }
-            }
-    }
 }
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
-    springls__project_job job;
+    springls__job job = springls__job_of(carry);
+    int bricks, springls = ctx->model.set.count;
     SPRINGLS__TRY(springls__cells_cover_around(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->grid.active_count, 1, (void **)&job.in_doubt));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->set.count, sizeof *job.oriented, (void **)&job.oriented));
-    job.ctx = ctx;
-    job.count = ctx->set.count;
-    job.in_cells = job.count - ctx->cells.large_count;
-    job.carry = carry;
-    springls__parallel(ctx, job.count, 256, springls__oriented_task, &job);
-    job.most_moved = springls__way_since_phi(ctx);
-    springls__parallel(ctx, ctx->grid.active_count, 4, springls__project_task, &job);
+    bricks = ctx->model.grid.active_count;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)springls, sizeof(springls__oriented), NULL));
+    SPRINGLS__TRY(springls__way_since_phi(ctx, &job.f[0]));
+    springls__run(ctx, SPRINGLS__KERNEL_oriented, springls, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_project, bricks, job);
     if (carry) {
-        springls__settle(ctx, job.in_doubt);
+        springls__settle(ctx);
         springls__phi_in_step(ctx);
     }
-    springls__commit_phi(ctx, carry ? 1 + (int)springls__min(job.most_moved, ctx->grid.far_value) : 1);
-    if (carry && ctx->params.topology == SPRINGLS_TOPOLOGY_FREE) {
-        springls__parallel(ctx, ctx->grid.active_count, 8, springls__specks_task, ctx);
-        springls__swap_phi(&ctx->grid);
+    springls__commit_phi(ctx, carry ? 1 + (int)springls__min(job.f[0], ctx->model.grid.far_value) : 1);
+    if (carry && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE) {
+        springls__run(ctx, SPRINGLS__KERNEL_specks, bricks, springls__no_job());
+        springls__swap_phi(ctx);
     }
     springls__redistance_sweeps(ctx, 2);
     return carry ? springls__band_move(ctx) : SPRINGLS_OK;
@@ -6480,148 +7022,28 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) 
 /* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
    comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
 
-/* A springl to be. */
-typedef struct springls__seed { springls__v3 p, n, toward, a; int ok; } springls__seed;
-
-/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */
-#define SPRINGLS__SEED_DISTANCE 0.7f
-
-SPRINGLS__FN bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)
-{
-    const float r = SPRINGLS__SEED_DISTANCE;
-    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;
-}
-
-SPRINGLS__FN bool springls__has_room(const springls_context *ctx, springls__v3 x, springls__v3 n)
-{
-    const float r = SPRINGLS__SEED_DISTANCE;
-    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *o = &ctx->set.s[other];
-        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__too_close(x, n, o->p, springls__springl_normal(o))) return false;
-    }
-    return true;
-}
-
-/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */
-SPRINGLS__FN float springls__disagreement2(const springls_context *ctx, springls__v3 p, springls__v3 n)
-{
-    const float r = SPRINGLS__PROJECT_RADIUS;
-    springls__cell_walk walk = springls__cell_walk_near(ctx, p, r);
-    float weight = 0.0f, value = 0.0f;
-    int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *o = &ctx->set.s[other];
-        springls__say say = springls__oriented_distance(p, n, o->p, springls__springl_normal(o));
-        weight += say.weight;
-        value += say.weight * say.distance * say.distance;
-    }
-    return weight > 0.0f ? value / weight : FLT_MAX;
-}
-
-/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface
-   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */
-SPRINGLS__FN springls__seed springls__seed_beside(const springls_context *ctx, int i)
-{
-    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;
-    const float range = 1.3f, away = 0.85f, worst = 0.15f;
-    const springls__springl *s = &ctx->set.s[i];
-    springls__v3 n = springls__springl_normal(s), x;
-    springls__opening opening = springls__opening_at(ctx, s->p, n, range, 1.0f);
-    springls__fit_result fit;
-    springls__seed seed;
-    memset(&seed, 0, sizeof seed);
-    if (opening.angle <= widest || springls__at_edge(ctx, i)) return seed; /* a side opens at its edge */
-    x = springls__mad(s->p, opening.middle, away);
-    if (!springls__has_room(ctx, x, n)) return seed;
-    fit = springls__fit_at(ctx, x, n, ctx->set.a[i], ctx->set.count);
-    if (!fit.ok || !springls__has_room(ctx, fit.point, fit.normal)) return seed;
-    if (springls__opening_at(ctx, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
-    if (springls__disagreement2(ctx, fit.point, fit.normal) > worst * worst) return seed;
-    seed.p = fit.point;
-    seed.n = fit.normal;
-    seed.toward = springls__sub(s->p, fit.point);
-    seed.a = springls__project_on_original(ctx, fit.a);
-    seed.ok = 1;
-    return seed;
-}
-
-typedef struct springls__seed_job { const springls_context *ctx; springls__seed *seeds; } springls__seed_job;
-
-SPRINGLS__FN void springls__seed_task(void *arg, int begin, int end)
-{
-    const springls__seed_job *job = (const springls__seed_job *)arg;
-    for (; begin < end; begin++) job->seeds[begin] = springls__seed_beside(job->ctx, begin);
-}
-
-/* The accepted seeds, chained by slot: last[slot] and before[seed] are seeds or -1. */
-typedef struct springls__accepted { const springls__seed *seeds; int *last, *before; } springls__accepted;
-
-SPRINGLS__FN bool springls__seed_has_room(const springls_context *ctx, const springls__accepted *accepted, int i)
-{
-    const float r = SPRINGLS__SEED_DISTANCE;
-    const springls__grid *g = &ctx->grid;
-    const springls__seed *seed = &accepted->seeds[i];
-    int lo[3], hi[3], x, y, z, other;
-    springls__box_bricks(g, seed->p, r, lo, hi);
-    for (z = lo[2]; z <= hi[2]; z++)
-        for (y = lo[1]; y <= hi[1]; y++)
-            for (x = lo[0]; x <= hi[0]; x++)
-                for (other = accepted->last[g->top[x + g->bricks[0] * (y + g->bricks[1] * z)]]; other >= 0; other = accepted->before[other])
-                    if (springls__too_close(seed->p, seed->n, accepted->seeds[other].p, accepted->seeds[other].n)) return false;
-    return true;
-}
-
-SPRINGLS__FN void springls__plant(springls_context *ctx, const springls__seed *seed, uint32_t generation)
-{
-    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
-    springls__springl s;
-    springls__tri t = springls__equilateral(seed->p, seed->n, seed->toward, area);
-    s.q[0] = t.a;
-    s.q[1] = t.b;
-    s.q[2] = t.c;
-    s.p = seed->p;
-    springls__constellation_append(ctx, &s, seed->a, generation, 0);
-}
-
-/* Seeds are found for all springls at once, then accepted in springl order, none close to an accepted one. */
 SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->grid;
-    springls__seed_job job;
-    springls__accepted accepted;
-    int i, count = ctx->set.count, n = 0, room, lo[3], hi[3];
+    int count = ctx->model.set.count, wanted, room;
     SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof *job.seeds, (void **)&job.seeds));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->slot_count, sizeof(int), (void **)&accepted.last));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, sizeof(int), (void **)&accepted.before));
-    job.ctx = ctx;
-    springls__parallel(ctx, count, 64, springls__seed_task, &job);
-    for (i = 0; i < g->slot_count; i++) accepted.last[i] = -1;
-    accepted.seeds = job.seeds;
-    for (i = 0; i < count; i++) {
-        int *last;
-        if (!job.seeds[i].ok) continue;
-        job.seeds[i].ok = springls__seed_has_room(ctx, &accepted, i);
-        if (!job.seeds[i].ok) continue;
-        springls__box_bricks(g, job.seeds[i].p, 0.0f, lo, hi);
-        last = &accepted.last[g->top[lo[0] + g->bricks[0] * (lo[1] + g->bricks[1] * lo[2])]];
-        accepted.before[i] = *last;
-        *last = i;
-        n++;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, 1, NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)count, sizeof(uint32_t), NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, SPRINGLS__UNDECIDED) > 0) {
+        springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, springls__no_job());
+        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH2, SPRINGLS__ARRAY_SCRATCH3);
     }
-    if (n == 0) return SPRINGLS_OK;
-    room = springls__imin(n, springls__imax(ctx->desc.max_springls - count, 0));
-    ctx->stats.refused += n - room;
+    springls__run(ctx, SPRINGLS__KERNEL_seed_count, count, springls__no_job());
+    SPRINGLS__TRY(springls__scan(ctx, 4, count, &wanted));
+    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - count, 0));
+    ctx->stats.refused += wanted - room;
     ctx->stats.added += room;
+    if (room == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    for (i = 0; i < count && room > 0; i++) {
-        if (!job.seeds[i].ok) continue;
-        springls__plant(ctx, &job.seeds[i], ctx->set.generation[i] + 1);
-        room--;
-    }
+    springls__run(ctx, SPRINGLS__KERNEL_plant, count, springls__job_of(room));
+    springls__constellation_added(ctx, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -6629,192 +7051,44 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 /* ======== >>fill_gaps  (src/fill_gaps.h) ======================================================================= */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
-/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
-   closing surface half a voxel outside is met too. */
-typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
-
-SPRINGLS__FN springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)
-{
-    springls__cube_range range;
-    int axis;
-    springls__slot_origin(g, slot, range.origin);
-    for (axis = 0; axis < 3; axis++) {
-        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;
-        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);
-    }
-    return range;
-}
-
-SPRINGLS__FN springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)
-{
-    springls__mc_cell cell;
-    int c;
-    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
-    return cell;
-}
-
-SPRINGLS__FN springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
-{
-    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
-}
-
-SPRINGLS__FN springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
-{
-    springls__tri t;
-    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
-    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));
-    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
-    return t;
-}
-
-/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
-   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
-SPRINGLS__FN bool springls__is_exposed(const springls_context *ctx, springls__v3 x, springls__v3 n, float covered, float on_sheets)
-{
-    const float r = springls__max(on_sheets, covered);
-    springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, r);
-    float nearest2 = FLT_MAX;
-    bool sheet = false;
-    int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *s = &ctx->set.s[i];
-        float reach = r + s->reach;
-        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x));
-        if (nearest2 <= covered * covered) return false;
-        sheet = sheet || springls__dot(springls__springl_normal(s), n) < -0.5f;
-    }
-    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
-}
-
-enum { SPRINGLS__CUBES = 9 * 9 * 9 };
-
-typedef struct springls__exposure_job { springls_context *ctx; uint8_t *exposed; int *count; float covered, on_sheets; } springls__exposure_job;
-
-/* One bit a triangle in exposed[CUBES * brick + cube]. */
-SPRINGLS__FN void springls__exposure_task(void *arg, int begin, int end)
-{
-    const springls__exposure_job *job = (const springls__exposure_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z, k;
-    for (; begin < end; begin++) {
-        uint8_t *exposed = job->exposed + (size_t)begin * SPRINGLS__CUBES;
-        springls__cube_range range = springls__brick_cubes(g, g->active[begin]);
-        springls__load_tile(g, g->phi, g->active[begin], tile);
-        memset(exposed, 0, SPRINGLS__CUBES);
-        job->count[begin] = 0;
-        for (z = range.lo[2]; z <= range.hi[2]; z++)
-            for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                    springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                    int mask = springls__mc_case(cell);
-                    for (k = 0; k < springls__mc_count(mask); k++) {
-                        springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                        springls__v3 at = springls__tri_centroid(t), n = springls__tri_normal(t);
-                        if (!springls__is_exposed(job->ctx, at, n, job->covered, job->on_sheets)) continue;
-                        exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
-                        job->count[begin]++;
-                    }
-                }
-    }
-}
-
-/* Appends the exposed triangles of one brick as springls that belong where they are. */
-SPRINGLS__FN void springls__fill_brick(springls_context *ctx, int index, const uint8_t *exposed, int *room)
-{
-    const springls__grid *g = &ctx->grid;
-    springls__cube_range range = springls__brick_cubes(g, g->active[index]);
-    float tile[SPRINGLS__TILE_VOXELS];
-    int cube, k;
-    springls__load_tile(g, g->phi, g->active[index], tile);
-    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
-        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1, mask;
-        springls__mc_cell cell;
-        if (!exposed[cube]) continue;
-        cell = springls__tile_cube(tile, x, y, z);
-        mask = springls__mc_case(cell);
-        for (k = 0; k < 8; k++) {
-            springls__springl s;
-            springls__tri t;
-            if (!(exposed[cube] >> k & 1)) continue;
-            if (*room == 0) {
-                ctx->stats.refused++;
-                continue;
-            }
-            t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-            s.q[0] = t.a;
-            s.q[1] = t.b;
-            s.q[2] = t.c;
-            s.p = springls__tri_centroid(t);
-            springls__constellation_append(ctx, &s, s.p, 1, 0);
-            (*room)--;
-        }
-    }
-}
-
-typedef struct springls__adopt_job { springls_context *ctx; int first; } springls__adopt_job;
-
-/* Correspondence, and with the quadratic rule the place, of the springls from `first` on. */
-SPRINGLS__FN void springls__adopt_task(void *arg, int begin, int end)
-{
-    const springls__adopt_job *job = (const springls__adopt_job *)arg;
-    springls_context *ctx = job->ctx;
-    for (; begin < end; begin++) {
-        int i = job->first + begin, m;
-        springls__springl *s = &ctx->set.s[i];
-        springls__v3 a = springls__adopt_correspondence(ctx, s, job->first);
-        if (ctx->params.placement == SPRINGLS_PLACE_QUADRATIC) {
-            springls__fit_result fit = springls__fit_at(ctx, s->p, springls__springl_normal(s), a, job->first);
-            if (fit.ok) {
-                for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], springls__sub(fit.point, s->p));
-                s->p = fit.point;
-                a = fit.a;
-            }
-        }
-        ctx->set.a[i] = springls__project_on_original(ctx, a);
-        ctx->set.was[i] = s->p; /* it has been placed, not moved */
-    }
-}
-
 /* Springls for the bare triangles of the zero level: see springls__is_exposed. */
 SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
 {
-    springls__exposure_job job;
-    int i, total = 0, room, bricks;
+    springls__job job = springls__no_job();
+    int bricks, wanted, room;
     SPRINGLS__TRY(springls__cells_build(ctx));
-    bricks = ctx->grid.active_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, (void **)&job.exposed));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&job.count));
-    job.ctx = ctx;
-    job.covered = covered;
-    job.on_sheets = on_sheets;
-    springls__parallel(ctx, bricks, 4, springls__exposure_task, &job);
-    for (i = 0; i < bricks; i++) total += job.count[i];
-    room = springls__imin(total, springls__imax(ctx->desc.max_springls - ctx->set.count, 0));
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->set.count + room));
-    for (i = 0; i < bricks; i++)
-        if (job.count[i]) springls__fill_brick(ctx, i, job.exposed + (size_t)i * SPRINGLS__CUBES, &room);
+    bricks = ctx->model.grid.active_count;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
+    job.f[0] = covered;
+    job.f[1] = on_sheets;
+    springls__run(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &wanted));
+    room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
+    ctx->stats.refused += wanted - room;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + room));
+    if (room > 0) springls__run(ctx, SPRINGLS__KERNEL_fill, bricks, springls__job_of(room));
+    springls__constellation_added(ctx, room);
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
     const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
-    const float d_max = ctx->params.d_max;
-    const bool springls_first = ctx->params.fill_from_springls != 0;
-    springls__adopt_job adopt;
+    const float d_max = ctx->model.params.d_max;
+    const bool springls_first = ctx->model.params.fill_from_springls != 0;
     double started;
+    int first, added;
     if (springls_first) SPRINGLS__TRY(springls__fill_from_springls(ctx));
-    adopt.ctx = ctx;
-    adopt.first = ctx->set.count;
+    first = ctx->model.set.count;
     SPRINGLS__TRY(springls_first ? springls__fill_from_level_set(ctx, springls__max(covered, d_max), on_sheets)
                                  : springls__fill_from_level_set(ctx, d_max, d_max));
-    if (ctx->set.count == adopt.first) return SPRINGLS_OK;
+    added = ctx->model.set.count - first;
+    if (added == 0) return SPRINGLS_OK;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__parallel(ctx, ctx->set.count - adopt.first, 16, springls__adopt_task, &adopt); /* the cells still hold the known ones only */
+    springls__run(ctx, SPRINGLS__KERNEL_adopt, added, springls__job_of(first)); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
-    ctx->stats.added += ctx->set.count - adopt.first;
+    ctx->stats.added += added;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -6845,7 +7119,7 @@ SPRINGLS__FN bool springls__background_at(const springls__grid *g, int x, int y,
 SPRINGLS__FN void springls__grow_task(void *arg, int begin, int end)
 {
     const springls__grow_job *job = (const springls__grow_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__grid *g = &job->ctx->model.grid;
     const int b = job->block;
     int x, y, z, i, j, k;
     for (; begin < end; begin++) {
@@ -6882,13 +7156,13 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     springls__grow_job job;
     int i;
     bool grew = true;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->grid.active_count, 1, (void **)&job.grew));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, (void **)&job.grew));
     job.ctx = ctx;
     job.block = block;
     for (; grew && iterations > 0; iterations--) {
-        springls__parallel(ctx, ctx->grid.active_count, 8, springls__grow_task, &job);
-        springls__swap_phi(&ctx->grid);
-        for (grew = false, i = 0; i < ctx->grid.active_count; i++) grew = grew || job.grew[i];
+        springls__parallel(ctx, ctx->model.grid.active_count, 8, springls__grow_task, &job);
+        springls__swap_phi(ctx);
+        for (grew = false, i = 0; i < ctx->model.grid.active_count; i++) grew = grew || job.grew[i];
     }
     return SPRINGLS_OK;
 }
@@ -6929,15 +7203,15 @@ SPRINGLS__FN bool springls__grow_bricks(const springls__grid *g, uint8_t *state,
 /* Bricks within the band of any springl; everything else is dropped first. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
     size_t total = 0;
-    springls__grid_clear(ctx, g, false);
+    springls__grid_clear(ctx, g);
     springls__constellation_changed(ctx);
     for (pass = 0; pass < 2; pass++) {
         if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
-        for (total = 0, i = 0; i < ctx->set.count; i++) {
-            springls__springl_bricks(g, &ctx->set.s[i], ctx->params.band_half_width + 1.0f, lo, hi);
+        for (total = 0, i = 0; i < ctx->model.set.count; i++) {
+            springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
             for (z = lo[2]; z <= hi[2]; z++)
                 for (y = lo[1]; y <= hi[1]; y++)
                     for (x = lo[0]; x <= hi[0]; x++, total++)
@@ -6945,15 +7219,15 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
         }
         if (total > (size_t)INT32_MAX) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the springls are too large for the grid");
     }
-    return springls__grid_add_bricks(ctx, g, list, (int)total);
+    return springls__grid_add_bricks(ctx, list, (int)total);
 }
 
 /* Voxels that springls are near take the side of the nearest ones. */
 SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
 {
     const springls_context *ctx = (const springls_context *)arg;
-    const springls__grid *g = &ctx->grid;
-    const float capture = ctx->params.capture;
+    const springls__grid *g = &ctx->model.grid;
+    const float capture = ctx->model.params.capture;
     float side[SPRINGLS__BRICK_VOXELS];
     int y, z, v, o[3];
     uint32_t k;
@@ -6962,9 +7236,9 @@ SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
         const float *omega = g->omega + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         springls__slot_origin(g, g->active[begin], o);
         memset(side, 0, sizeof side);
-        for (k = ctx->cells.near_first[begin]; k < ctx->cells.near_first[begin + 1]; k++) {
-            const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
-            springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(s));
+        for (k = ctx->model.cells.near_first[begin]; k < ctx->model.cells.near_first[begin + 1]; k++) {
+            const springls__springl *s = &ctx->model.set.s[ctx->model.cells.near_ids[k]];
+            springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
             float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
             int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
             int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
@@ -6999,13 +7273,13 @@ SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 
 SPRINGLS__FN bool springls__unsettled(const springls__region *r, int64_t v)
 {
-    const springls__grid *g = &r->ctx->grid;
-    return g->omega[v] >= r->ctx->params.capture && g->phi[v] < 0.0f && g->phi[v] != springls__counted;
+    const springls__grid *g = &r->ctx->model.grid;
+    return g->omega[v] >= r->ctx->model.params.capture && g->phi[v] < 0.0f && g->phi[v] != springls__counted;
 }
 
 SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int z)
 {
-    springls__grid *g = &r->ctx->grid;
+    springls__grid *g = &r->ctx->model.grid;
     int slot;
     int64_t v;
     if (!springls__grid_contains(g, x, y, z)) return;
@@ -7018,7 +7292,7 @@ SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
     if (!springls__unsettled(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -7027,7 +7301,7 @@ SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int 
 /* From a voxel, or from the faces of a constant brick, to what lies beside it. */
 SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
-    const springls__grid *g = &r->ctx->grid;
+    const springls__grid *g = &r->ctx->model.grid;
     int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
     int at[3];
@@ -7047,7 +7321,7 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 
 SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
 {
-    springls__grid *g = &r->ctx->grid;
+    springls__grid *g = &r->ctx->model.grid;
     int64_t i;
     r->count = r->votes = 0;
     g->phi[first] = springls__counted;
@@ -7062,7 +7336,7 @@ SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
 
 SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, uint8_t *state, size_t bricks)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
     void *memory;
@@ -7081,11 +7355,11 @@ SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, 
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2], b;
     uint8_t *state;
     int i, v, step = 1;
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
     SPRINGLS__TRY(springls__bricks_around_springls(ctx));
     SPRINGLS__TRY(springls__omega_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 2, bricks, 1, (void **)&state));
@@ -7106,7 +7380,7 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-    if (ctx->params.project_level_set) SPRINGLS__TRY(springls__sides_of_springls(ctx, state, bricks));
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__sides_of_springls(ctx, state, bricks));
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -7444,7 +7718,7 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
 /* Components in the order of their first voxel. */
 SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2], nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
     int32_t i, o[3];
     int v;
@@ -7522,7 +7796,7 @@ SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, cons
     k->before = ctx->locked_count;
     nodes = (size_t)k->before + (size_t)parts->count;
     k->vote_count = 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)ctx->set.count, sizeof *k->votes, (void **)&k->votes));
+    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)ctx->model.set.count, sizeof *k->votes, (void **)&k->votes));
     SPRINGLS__TRY(springls__scratch(ctx, 6, nodes, sizeof *k->kin, (void **)&k->kin));
     SPRINGLS__TRY(springls__scratch(ctx, 7, nodes, sizeof *k->parent, (void **)&k->parent));
     for (i = 0; i < (int)nodes; i++) {
@@ -7538,9 +7812,9 @@ SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, cons
 SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
 {
     int i;
-    for (i = 0; i < ctx->set.count; i++) {
-        int32_t was = ctx->set.part[i], is = springls__part_of_springl(&ctx->grid, parts, ctx->set.s[i].p);
-        ctx->set.part[i] = is;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        int32_t was = ctx->model.set.part[i], is = springls__part_of_springl(&ctx->model.grid, parts, ctx->model.set.s[i].p);
+        ctx->model.set.part[i] = is;
         if (was < 0 || is < 0) continue;
         k->kin[was].votes++;
         k->kin[k->before + is].votes++;
@@ -7603,7 +7877,7 @@ SPRINGLS__FN springls_status springls__lock_parts(springls_context *ctx, const s
 {
     double *known;
     int i;
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
     known = (double *)ctx->locked_memory.data;
     for (i = 0; i < parts->count; i++) {
         const springls__kin *all = &k->kin[parts->part[i].kin];
@@ -7621,7 +7895,7 @@ typedef struct springls__offset_job { springls_context *ctx; const springls__par
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__grid *g = &job->ctx->model.grid;
     int v;
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
@@ -7641,13 +7915,13 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     springls_context *ctx = job->ctx;
     int m;
     for (; begin < end; begin++) {
-        springls__springl *s = &ctx->set.s[begin];
+        springls__springl *s = &ctx->model.set.s[begin];
         springls__v3 by;
-        if (ctx->set.part[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(s), job->parts->part[ctx->set.part[begin]].offset);
+        if (ctx->model.set.part[begin] < 0) continue;
+        by = springls__scale(springls__springl_normal(*s), job->parts->part[ctx->model.set.part[begin]].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
-        springls__springl_finish(s);
+        *s = springls__springl_finished(*s);
     }
 }
 
@@ -7691,10 +7965,10 @@ SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__par
     job.ctx = ctx;
     job.parts = parts;
     for (i = 0; i < iterations && springls__choose_offsets(parts, k); i++) {
-        springls__parallel(ctx, ctx->grid.active_count, 16, springls__offset_phi_task, &job);
+        springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
-        springls__parallel(ctx, ctx->set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_parts(&ctx->grid, parts);
+        springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
+        springls__measure_parts(&ctx->model.grid, parts);
     }
     springls__sum_kin(parts, k);
     springls__constellation_moved(ctx);
@@ -7713,7 +7987,7 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     SPRINGLS__TRY(springls__find_parts(ctx, &parts));
     for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
     SPRINGLS__TRY(springls__kinship_begin(ctx, &parts, &kinship));
-    for (i = 0; i < ctx->set.count && known == 0; i++) ctx->set.part[i] = -1; /* of another time */
+    for (i = 0; i < ctx->model.set.count && known == 0; i++) ctx->model.set.part[i] = -1; /* of another time */
     springls__vote(ctx, &parts, &kinship);
     springls__tie(&kinship);
     springls__tie_specks(&parts, &kinship);
@@ -7736,29 +8010,31 @@ SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
 SPRINGLS__FN springls_status springls__follow(springls_context *ctx, bool afresh)
 {
     const int enough = 3;
-    bool carry = ctx->params.predict && !afresh;
-    int iterations = ctx->params.predict && afresh ? springls__imax(ctx->params.evolve_iterations, enough) : ctx->params.evolve_iterations, z;
-    if (ctx->params.keep_edges && ctx->stats.at_edges > 0)
+    bool carry = ctx->model.params.predict && !afresh;
+    int iterations = ctx->model.params.predict && afresh ? springls__imax(ctx->model.params.evolve_iterations, enough) : ctx->model.params.evolve_iterations, z;
+    if (ctx->model.params.keep_edges && ctx->model.set.at_edges > 0)
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
     if (carry) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
     for (z = 0; z < iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
+    if (!ctx->model.params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
 }
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->params.resample_period == 0; }
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->model.params.resample_period == 0; }
 
 /* Algorithm 2 after Advect. */
 SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
 {
-    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
+    float way;
+    bool last = ctx->model.params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
     SPRINGLS__TRY(springls_relax(ctx));
     if (resample && !last) {
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
-    afresh = ctx->params.predict && springls__way_since_phi(ctx) > ctx->grid.far_value; /* too far to be carried */
+    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
+    afresh = ctx->model.params.predict && way > ctx->model.grid.far_value; /* too far to be carried */
     if (afresh) SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
     SPRINGLS__TRY(springls__follow(ctx, afresh));
     if (!resample) return SPRINGLS_OK;
@@ -7787,7 +8063,7 @@ SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const
 {
     if (step->mode == SPRINGLS_ADVECT_ONLY) return SPRINGLS_OK;
     SPRINGLS__TRY(step->mode == SPRINGLS_FLUID ? springls__fluid_step(ctx, step->one_to_one) : springls__elastic_step(ctx, step->one_to_one));
-    return ctx->params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
+    return ctx->model.params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
 }
 
 /* One step of at most *dt, in which no particle goes further than `longest` voxels (0: any way); *dt becomes the time that has
@@ -7799,13 +8075,13 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     springls_status status = SPRINGLS_OK;
     double started;
     int tries;
-    if (!ctx->params.volume_lock) {
+    if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
         ctx->stats.volume_correction = 0.0f;
     }
-    if (ctx->params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
+    if (ctx->model.params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
+    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
         springls__sample_phi(ctx); /* for contract */
     for (tries = 1; tries <= TRIES; tries++) {
         status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < TRIES ? longest : 0.0f, moved);
@@ -7853,10 +8129,10 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     dt = step->dt;
     if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
+    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->model.params.d_max;
     SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
     if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         dt = speed > 1e-6f ? limit / speed : 0.0f;
@@ -8028,9 +8304,9 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     surface->count = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
-    SPRINGLS__TRY(springls__grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
-    SPRINGLS__TRY(springls__grow(ctx, &surface->order_memory, n, sizeof(int), 0));
-    SPRINGLS__TRY(springls__grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
     surface->points = (springls__v3 *)surface->points_memory.data;
     surface->order = (int *)surface->order_memory.data;
     surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
@@ -8298,7 +8574,7 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
 {
     int n, i, k;
     if (surface->dipoles || !surface->count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
     surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
     for (n = surface->node_count - 1; n >= 0; n--) {
         const springls__bvh_node *node = &surface->nodes[n];
@@ -8542,14 +8818,13 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 /* Empty model, empty grid. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
-    ctx->set.count = 0;
-    ctx->set.next_id = 0;
+    ctx->model.set.count = 0;
+    ctx->model.set.next_id = 0;
     ctx->iteration = 0;
     ctx->locked_count = 0;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
-    springls__grid_clear(ctx, &ctx->grid, false);
-    springls__grid_clear(ctx, &ctx->reference, true);
+    springls__grids_clear(ctx);
     springls__constellation_changed(ctx);
 }
 
@@ -8562,8 +8837,8 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__grid_copy_phi(ctx, &ctx->reference, &ctx->grid));
-    return springls__surface_build(ctx, &ctx->original, ctx->set.s, ctx->set.count);
+    SPRINGLS__TRY(springls__reference_copy(ctx));
+    return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
 /* ---- a signed distance asked where it is needed ---- */
@@ -8582,13 +8857,13 @@ SPRINGLS__FN void springls__ask_distances(const springls__distance_job *job, con
 {
     int i;
     job->fn(job->arg, points, count, out);
-    for (i = 0; i < count; i++) out[i] = springls__max(-springls__border_distance(&job->ctx->grid, points[i]), out[i]); /* NaN stays */
+    for (i = 0; i < count; i++) out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]); /* NaN stays */
 }
 
 SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__grid *g = &job->ctx->model.grid;
     springls__v3 points[64];
     while (begin < end) {
         int count = springls__imin(64, end - begin), i;
@@ -8606,7 +8881,7 @@ SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
 SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__grid *g = &job->ctx->model.grid;
     springls__v3 points[SPRINGLS__BRICK_VOXELS];
     for (; begin < end; begin++) {
         float *phi = g->phi + (size_t)job->active[begin] * SPRINGLS__BRICK_VOXELS;
@@ -8624,8 +8899,8 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
    fn is called concurrently. */
 SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
 {
-    springls__grid *g = &ctx->grid;
-    const float reach = ctx->params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
+    springls__grid *g = &ctx->model.grid;
+    const float reach = ctx->model.params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
     int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, part, *list;
     springls__distance_job job;
     job.ctx = ctx;
@@ -8640,7 +8915,7 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
         g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         if (springls__fabs(d) <= reach) list[n++] = i;
     }
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, list, n));
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, list, n));
     part = g->active_count / 16 + 1;
     for (i = 0; i < g->active_count; i += part) { /* a report after each */
         n = springls__imin(part, g->active_count - i);
@@ -8664,7 +8939,7 @@ typedef float (*springls__voxel_fn)(const void *arg, size_t index);
    values are needed for slopes. */
 SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
     int n = 0, brick, *list, x, y, z, d;
     uint8_t *wanted;
@@ -8697,7 +8972,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
     }
     for (brick = 0; brick < bricks; brick++)
         if (wanted[brick]) list[n++] = brick;
-    return springls__grid_add_bricks(ctx, g, list, n);
+    return springls__grid_add_bricks(ctx, list, n);
 }
 
 /* The mean difference of neighbours on different sides; 1 if there are none. */
@@ -8726,7 +9001,7 @@ SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
 SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
     const float least = 1e-6f, most = 1e6f;
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     double slope, scale;
     int i, v, pass;
     SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
@@ -8751,8 +9026,8 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__parallel(ctx, g->active_count, 8, springls__interface_task, ctx);
-    springls__swap_phi(g);
+    springls__run(ctx, SPRINGLS__KERNEL_interface, g->active_count, springls__no_job());
+    springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
         SPRINGLS__TRY(springls__band_move(ctx));
@@ -8777,7 +9052,7 @@ SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, sprin
 
 SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x, int y, int z, int stride)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     springls__mc_cell cell;
     springls__springl s;
     int c, k, m, mask;
@@ -8785,19 +9060,19 @@ SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x
         cell.phi[c] = springls__grid_phi(g, g->phi, x + stride * (c & 1), y + stride * ((c >> 1) & 1), z + stride * (c >> 2));
     mask = springls__mc_case(cell);
     if (springls__mc_count(mask) == 0) return SPRINGLS_OK;
-    if (ctx->set.count + springls__mc_count(mask) > ctx->desc.max_springls) {
+    if (ctx->model.set.count + springls__mc_count(mask) > ctx->desc.max_springls) {
         ctx->stats.refused += springls__mc_count(mask);
         return SPRINGLS_OK;
     }
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->set.count + springls__mc_count(mask)));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + springls__mc_count(mask)));
     for (k = 0; k < springls__mc_count(mask); k++) {
         for (m = 0; m < 3; m++) {
             int edge = springls__mc_edge(mask, k, m);
             s.q[m] = springls__mad(springls__v3_make((float)x, (float)y, (float)z), springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
-            if (ctx->params.project_initial) s.q[m] = springls__to_zero_level(g, s.q[m]);
+            if (ctx->model.params.project_initial) s.q[m] = springls__to_zero_level(g, s.q[m]);
         }
-        s.p = springls__tri_centroid(springls__springl_tri(&s));
-        if (ctx->params.project_initial) {
+        s.p = springls__tri_centroid(springls__springl_tri(s));
+        if (ctx->model.params.project_initial) {
             springls__v3 p = springls__to_zero_level(g, s.p);
             for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
             s.p = p;
@@ -8810,8 +9085,8 @@ SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x
 /* Marching cubes of phi on every `initial_stride`-th voxel. */
 SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->grid;
-    const int stride = ctx->params.initial_stride;
+    const springls__grid *g = &ctx->model.grid;
+    const int stride = ctx->model.params.initial_stride;
     int i, x, y, z;
     for (i = 0; i < g->active_count; i++) {
         int o[3], lo[3], axis;
@@ -8822,9 +9097,9 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                 for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
                     SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
     }
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
-    if (ctx->params.keep_edges && ctx->params.project_initial) springls__initial_edges(ctx);
+    if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
     return springls__adopt_reference(ctx);
 }
 
@@ -8918,7 +9193,7 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!intensity || !(low <= high)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
-    n = (size_t)ctx->grid.size[0] * (size_t)ctx->grid.size[1] * (size_t)ctx->grid.size[2];
+    n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
         if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
         if (intensity[i] > highest && intensity[i] < FLT_MAX) highest = intensity[i];
@@ -8934,9 +9209,9 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__adopt_reference(ctx));
-    for (i = 0; i < ctx->set.count; i++) ctx->set.a[i] = ctx->set.s[i].p;
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
     return SPRINGLS_OK;
 }
 
@@ -8944,7 +9219,7 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    for (i = 0; i < ctx->set.count; i++) ctx->set.mask[i] = mask && mask[i] ? 1 : 0;
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
     return SPRINGLS_OK;
 }
 
@@ -8966,14 +9241,14 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
     for (i = 0; i < count && status == SPRINGLS_OK; i++) {
         springls__springl s;
         for (m = 0; m < 3; m++) s.q[m] = springls__v3_make(vertices[9 * i + 3 * m], vertices[9 * i + 3 * m + 1], vertices[9 * i + 3 * m + 2]);
-        s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(&s));
+        s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
     if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
     for (i = 0; i < 4 && status == SPRINGLS_OK; i++) status = springls__evolve_and_rebuild(ctx);
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
-        ctx->set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
+        ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
     return springls__clear_on_failure(ctx, status);
 }
 
@@ -9019,15 +9294,15 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
     size_t n = (size_t)positions, t = (size_t)triangles;
     m->table_size = 16;
     while (m->table_size < 2 * n || m->table_size < 6 * t) m->table_size *= 2;
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[2], m->table_size, sizeof *m->table, 0));
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[3], 3 * t, sizeof *m->corner, 0));
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[4], t, sizeof *m->triangle, 0));
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[5], 3 * t, sizeof *m->edge, 0));
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[6], 3 * t, sizeof *m->edges, 0));
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[7], t, sizeof *m->turn, 0));
-    SPRINGLS__TRY(springls__grow(ctx, &m->memory[8], t, sizeof *m->queue, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[2], m->table_size, sizeof *m->table, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[3], 3 * t, sizeof *m->corner, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[4], t, sizeof *m->triangle, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[5], 3 * t, sizeof *m->edge, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[6], 3 * t, sizeof *m->edges, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[7], t, sizeof *m->turn, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[8], t, sizeof *m->queue, 0));
     m->point = (springls__v3 *)m->memory[0].data;
     m->weld = (int *)m->memory[1].data;
     m->table = (int *)m->memory[2].data;
@@ -9380,20 +9655,20 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
         s.p = springls__tri_centroid(tri);
         springls__constellation_append(ctx, &s, s.p, 0u, 0u);
     }
-    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->set.s, ctx->set.count));
+    SPRINGLS__TRY(springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count));
     SPRINGLS__TRY(springls__surface_make_dipoles(ctx, &ctx->original));
     distance.surface = &ctx->original;
     distance.balanced = balanced;
-    distance.band = ctx->params.band_half_width + 1.0f;
+    distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
     if (!balanced) SPRINGLS__TRY(springls_rebuild(ctx));
-    if (ctx->params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->params.d_max, ctx->params.d_max));
+    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -9525,7 +9800,7 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
     const springls_context *ctx = q->ctx;
     int i;
     for (i = begin; i < end; i++) {
-        float phi = springls__grid_sample(&ctx->grid, ctx->grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
+        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
         if (q->inside) q->inside[i] = phi < 0.0f;
         else q->out[i] = phi * ctx->smallest_spacing;
     }
@@ -9547,7 +9822,7 @@ SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
-        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->grid, ctx->grid.phi, x), (double)ctx->smallest_spacing,
+        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x), (double)ctx->smallest_spacing,
                                     q->out + 3 * (size_t)i);
     }
 }
@@ -9607,10 +9882,10 @@ SPRINGLS__FN springls_status springls__model_refresh(springls_context *ctx)
 {
     int i, m;
     if (ctx->model_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->model, ctx->set.count));
-    for (i = 0; i < ctx->set.count; i++)
-        for (m = 0; m < 3; m++) ctx->model.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->set.s[i].q[m]);
-    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->model, ctx->set.count));
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->springl_surface, ctx->model.set.count));
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (m = 0; m < 3; m++) ctx->springl_surface.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->model.set.s[i].q[m]);
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->springl_surface, ctx->model.set.count));
     ctx->model_fresh = true;
     return SPRINGLS_OK;
 }
@@ -9674,10 +9949,10 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
    any other has its one correspondence. */
 SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
 {
-    springls__tri t = springls__springl_tri(&ctx->set.s[springl]);
-    springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->set.s[springl].p);
-    springls__v3 a = ctx->set.a[springl];
-    if (ctx->set.generation[springl]) return a;
+    springls__tri t = springls__springl_tri(ctx->model.set.s[springl]);
+    springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->model.set.s[springl].p);
+    springls__v3 a = ctx->model.set.a[springl];
+    if (ctx->model.set.generation[springl]) return a;
     a = springls__mad(a, own.a, at.bary[0] - center.bary[0]);
     a = springls__mad(a, own.b, at.bary[1] - center.bary[1]);
     return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
@@ -9687,10 +9962,10 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
    around it that face the same side. `own` is the original triangle at the springl's correspondence. */
 SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
 {
-    const float radius = 2.5f * springls__max(1.0f, ctx->set.s[springl].reach); /* voxels */
-    const springls__surface *model = &ctx->model;
-    const springls__springl *s = ctx->set.s;
-    springls__v3 normal = springls__springl_normal(&s[springl]), center = springls__voxel_to_model(ctx, x), result;
+    const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
+    const springls__surface *model = &ctx->springl_surface;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
     const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
     int stack[SPRINGLS__BVH_STACK], top = 0, i;
@@ -9708,10 +9983,10 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
             int j = model->order[node->first + i];
             springls__v3 r = springls__sub(s[j].p, x);
             float d2 = springls__length2(r) / (radius * radius), apart;
-            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(&s[j]), normal) > 0.0f)) continue;
-            apart = springls__length2(springls__sub(ctx->set.a[j], ctx->set.a[springl]));
+            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
+            apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
             if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
-            springls__affine_fit_add(&fit, r, ctx->set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
+            springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
         }
     }
     if (fit.count >= 4) {
@@ -9734,7 +10009,7 @@ SPRINGLS__FN void springls__source_of(const springls__surface *surface, const sp
 /* The material point of place x (voxels) of a springl: triangle -1 when there is no original surface. */
 SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x)
 {
-    springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->set.a[springl], FLT_MAX);
+    springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->model.set.a[springl], FLT_MAX);
     springls__v3 a;
     if (own.triangle < 0) return own;
     a = springls__fit_correspondence(ctx, springl, x, springls__surface_triangle(&ctx->original, own.triangle));
@@ -9761,7 +10036,7 @@ SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls
     out->springl = h->triangle;
     out->material_triangle = -1;
     if (h->triangle < 0) return;
-    s = &ctx->set.s[h->triangle];
+    s = &ctx->model.set.s[h->triangle];
     for (k = 0; k < 3; k++) out->barycentric[k] = h->hit.bary[k];
     voxel = springls__scale(s->q[0], h->hit.bary[0]);
     voxel = springls__mad(voxel, s->q[1], h->hit.bary[1]);
@@ -9780,7 +10055,7 @@ SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
     int i, guess = -1;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
-        springls__surface_hit h = springls__surface_closest_from(&q->ctx->model, x, FLT_MAX, guess);
+        springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
         guess = h.triangle;
         springls__hit_fill(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
     }
@@ -9796,7 +10071,7 @@ SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
         if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->model, x, d, q->max_distance);
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, q->max_distance);
         springls__hit_fill(q->ctx, &h, h.t, &q->out[i]);
     }
 }
@@ -9854,7 +10129,7 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
         springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
 }
 
-SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->set.count : 0; }
+SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const void *data, size_t stride)
 {
@@ -9867,37 +10142,37 @@ SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const voi
 
 SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx && ctx->set.s ? ctx->set.s->q : NULL, sizeof(springls__springl));
+    return springls__view(ctx, ctx && ctx->model.set.s ? ctx->model.set.s->q : NULL, sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx && ctx->set.s ? &ctx->set.s->p : NULL, sizeof(springls__springl));
+    return springls__view(ctx, ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx ? ctx->set.a : NULL, sizeof(springls__v3));
+    return springls__view(ctx, ctx ? ctx->model.set.a : NULL, sizeof(springls__v3));
 }
 
-SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx) { return ctx ? ctx->set.id : NULL; }
+SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx) { return ctx ? ctx->model.set.id : NULL; }
 
-SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx) { return ctx ? ctx->set.generation : NULL; }
+SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx) { return ctx ? ctx->model.set.generation : NULL; }
 
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out)
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out && ctx->set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
-    for (i = 0; i < ctx->set.count; i++) {
-        const springls__springl *s = &ctx->set.s[i];
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__springl *s = &ctx->model.set.s[i];
         float *row = out + 16 * (size_t)i;
         row[0] = s->p.x; row[1] = s->p.y; row[2] = s->p.z;
-        row[3] = springls__grid_sample(&ctx->grid, ctx->grid.phi, s->p);
+        row[3] = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, s->p);
         for (m = 0; m < 3; m++) {
             row[4 * m + 4] = s->q[m].x; row[4 * m + 5] = s->q[m].y; row[4 * m + 6] = s->q[m].z;
         }
-        row[7] = ctx->set.a[i].x; row[11] = ctx->set.a[i].y; row[15] = ctx->set.a[i].z;
+        row[7] = ctx->model.set.a[i].x; row[11] = ctx->model.set.a[i].y; row[15] = ctx->model.set.a[i].z;
     }
     return SPRINGLS_OK;
 }
@@ -9907,10 +10182,10 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out && ctx->set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
-    for (i = 0; i < ctx->set.count; i++) {
-        const springls__springl *s = &ctx->set.s[i];
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(s));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__springl *s = &ctx->model.set.s[i];
+        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(*s));
         float *surfel = out + 7 * (size_t)i;
         springls__voxel_to_world(ctx, s->p, surfel);
         surfel[3] = n.x; surfel[4] = n.y; surfel[5] = n.z;
@@ -9929,7 +10204,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
-    g = &ctx->grid;
+    g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
         for (y = 0; y < g->size[1]; y++)
             for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* row by row of a brick */
@@ -9949,7 +10224,7 @@ typedef struct springls__raw_mesh { springls__v3 *positions; int *triangles; int
 
 SPRINGLS__FN int springls__count_triangles(const springls_context *ctx)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     float tile[SPRINGLS__TILE_VOXELS];
     int i, x, y, z, total = 0;
     for (i = 0; i < g->active_count; i++) {
@@ -10011,7 +10286,7 @@ SPRINGLS__FN void springls__weld_brick(const springls__grid *g, int slot, spring
 
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     springls__weld weld;
     size_t triangles = (size_t)springls__count_triangles(ctx), room = 16;
     int i;
@@ -10065,8 +10340,8 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
 /* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
 SPRINGLS__FN springls__v3 springls__correspondence_at(const springls_context *ctx, int springl, springls__v3 x)
 {
-    springls__v3 a = ctx->set.a[springl];
-    springls__fit_result fit = springls__fit_at(ctx, x, springls__springl_normal(&ctx->set.s[springl]), a, ctx->set.count);
+    springls__v3 a = ctx->model.set.a[springl];
+    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a, ctx->model.set.count);
     return fit.ok ? fit.a : a;
 }
 
@@ -10078,8 +10353,8 @@ SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
     const springls__dress_job *job = (const springls__dress_job *)arg;
     springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
-        springls__v3 x = job->positions[begin], n = springls__normal_to_world(ctx, springls__grid_gradient(&ctx->grid, ctx->grid.phi, x)), a = x;
-        int nearest = springls__nearest_springl(ctx, x, 1.0f);
+        springls__v3 x = job->positions[begin], n = springls__normal_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x)), a = x;
+        int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
         if (nearest >= 0) a = springls__correspondence_at(ctx, nearest, x);
         springls_to_world(ctx, &x.x, 1, job->mesh->positions + 3 * begin);
         springls_to_world(ctx, &a.x, 1, job->mesh->correspondences + 3 * begin);
@@ -10113,13 +10388,13 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
-    if (ctx->set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
-    SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->set.count, ctx->set.count, out));
-    for (i = 0; i < ctx->set.count; i++) {
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(&ctx->set.s[i]));
-        springls_to_world(ctx, &ctx->set.s[i].q[0].x, 3, out->positions + 9 * i);
+    if (ctx->model.set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
+    SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));
+        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, out->positions + 9 * i);
         for (m = 0; m < 3; m++) {
-            springls_to_world(ctx, &ctx->set.a[i].x, 1, out->correspondences + 9 * i + 3 * m);
+            springls_to_world(ctx, &ctx->model.set.a[i].x, 1, out->correspondences + 9 * i + 3 * m);
             memcpy(out->normals + 9 * i + 3 * m, &n.x, 3 * sizeof(float));
             out->springls[3 * i + m] = i;
             out->triangles[3 * i + m] = 3 * i + m;
@@ -10169,8 +10444,9 @@ SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx)
     memset(&stats, 0, sizeof stats);
     if (!ctx) return stats;
     stats = ctx->stats;
-    stats.springls = ctx->set.count;
-    stats.bricks = ctx->grid.active_count;
+    stats.springls = ctx->model.set.count;
+    stats.at_edges = ctx->model.set.at_edges;
+    stats.bricks = ctx->model.grid.active_count;
     return stats;
 }
 
@@ -10192,16 +10468,16 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    for (i = 0; i < ctx->set.count; i++) hash = springls__hash(hash, &ctx->set.s[i], sizeof ctx->set.s[i]);
-    hash = springls__hash(hash, ctx->set.a, (size_t)ctx->set.count * sizeof *ctx->set.a);
-    hash = springls__hash(hash, ctx->set.id, (size_t)ctx->set.count * sizeof *ctx->set.id);
-    for (i = 0; i < ctx->grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
-        int slot = ctx->grid.active[i], o[3];
-        springls__slot_origin(&ctx->grid, slot, o);
-        hash = springls__hash(hash, &ctx->grid.slot_brick[slot], sizeof(int));
+    for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
+    hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
+    hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
+    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
+        int slot = ctx->model.grid.active[i], o[3];
+        springls__slot_origin(&ctx->model.grid, slot, o);
+        hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__grid_contains(&ctx->grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
-                hash = springls__hash(hash, &ctx->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
+            if (springls__grid_contains(&ctx->model.grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
+                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
     }
     return hash;
 }
@@ -10212,7 +10488,92 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 944 \"springls.h\"\n",
+    "#line 546 \"springls.h\"\n",
+    "/* params.h - the parameters, which hosts and kernels share. */\n",
+    "\n",
+    "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
+    "typedef enum springls_weight { SPRINGLS_W_LINEAR, SPRINGLS_W_ATANH, SPRINGLS_W_SPLINE_FAR,           /* paper, Fig. 8b: */\n",
+    "                               SPRINGLS_W_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */\n",
+    "typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */\n",
+    "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */\n",
+    "\n",
+    "/* Where a split or filled springl gets its place and its correspondence. */\n",
+    "typedef enum springls_placement {\n",
+    "    SPRINGLS_PLACE_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */\n",
+    "    SPRINGLS_PLACE_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */\n",
+    "} springls_placement;\n",
+    "\n",
+    "/* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;\n",
+    "   a zeroed structure is refused because zero is a meaningful value of many members. */\n",
+    "typedef struct springls_params {\n",
+    "    unsigned cookie;  /* set by the two functions, checked by springls_create */\n",
+    "\n",
+    "    /* Table 1 */\n",
+    "    float d_max;             /* springl capsule radius                                                          */\n",
+    "    float particle_radius;   /* r: particle and vertex radius; springs rest at length 2r                        */\n",
+    "    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                         */\n",
+    "    int max_neighbors;       /* nearest edges kept a vertex, 1..8 (section 4.8)                                 */\n",
+    "\n",
+    "    /* relax: section 4.3, Algorithm 1 */\n",
+    "    int relax_iterations;\n",
+    "    springls_threshold threshold;\n",
+    "    springls_weight weight;\n",
+    "    springls_torque torque;\n",
+    "    float sharpness;         /* lambda_c of H(lambda_c x)                                                       */\n",
+    "    float kappa_int;         /* internal spring constant (eq. 4)                                                */\n",
+    "    float kappa_ext;         /* external spring constant (eq. 5)                                                */\n",
+    "    float relax_step_length;   /* xi  (eq. 10, 17)                                                              */\n",
+    "    float relax_step_rotation; /* rho (eq. 11, 18)                                                              */\n",
+    "    int relax_same_side;     /* 1: ignore neighbours facing the other way; 0: the paper                         */\n",
+    "\n",
+    "    /* contract: section 4.6 */\n",
+    "    float contract_distance; /* remove when |phi(p)| exceeds it: (1 + eps) d_max                                */\n",
+    "    float min_angle, max_angle; /* degrees; triangles outside are bad                                           */\n",
+    "    float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */\n",
+    "    int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */\n",
+    "    float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */\n",
+    "    int keep_thin;           /* 1: keep far springls of a sheet too thin for phi; 0: the paper, remove them     */\n",
+    "\n",
+    "    /* resample: section 4.6 */\n",
+    "    int resample_period;     /* M of Algorithm 2                                                                */\n",
+    "    int resample_last;       /* 1: contract and resample when the level set has followed; 0: before (Algorithm 2) */\n",
+    "    float split_edge;        /* split at the longest edge when it is longer (section 4.6)                       */\n",
+    "    float split_area;        /* voxel^2; or when the area is larger (Table 2)                                   */\n",
+    "    springls_placement placement; /* of split and filled springls                                               */\n",
+    "\n",
+    "    /* level set: sections 4.4, 4.5 */\n",
+    "    float band_half_width;   /* phi is a distance within it, clamped a voxel beyond                             */\n",
+    "    float capture;           /* omega is clamped here (eq. 21; the paper: d_max)                                */\n",
+    "    int evolve_iterations;   /* Evolve and Rebuild pairs a step (Algorithm 2: 4)                                */\n",
+    "    float evolve_step;       /* delta t of eq. 23                                                               */\n",
+    "    float evolve_width;      /* half-width of the compact delta of eq. 23                                       */\n",
+    "    float curvature;         /* lambda of eq. 22                                                                */\n",
+    "    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)       */\n",
+    "    int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */\n",
+    "    int nucleate;            /* 1: a voxel between the two sides of a thin sheet is inside, where the level set is\n",
+    "                                projected; 0: phi alone says so                                                 */\n",
+    "    int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */\n",
+    "    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */\n",
+    "    springls_topology topology;\n",
+    "\n",
+    "    /* track: section 4.7 */\n",
+    "    float nearest_rule;      /* take the nearest correspondence when it is further than this from the average   */\n",
+    "    int track_iterations;    /* projections on the original surface (eq. 26)                                    */\n",
+    "    float track_step;        /* lambda of eq. 26                                                                */\n",
+    "\n",
+    "    /* advect: section 4.2 */\n",
+    "    int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the\n",
+    "                                springl as a whole; 0: all with the particle's (eq. 2)                           */\n",
+    "    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */\n",
+    "\n",
+    "    /* after a step */\n",
+    "    int volume_lock;         /* 1: every component keeps its volume by an offset of its surface; 0: the paper   */\n",
+    "\n",
+    "    /* initial springls from a level set or shape */\n",
+    "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
+    "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
+    "} springls_params;\n",
+    "#line 961 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -10223,10 +10584,13 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
+    "  typedef uchar uint8_t;\n",
+    "  typedef int int32_t;\n",
+    "  typedef uint uint32_t;\n",
     "  #define springls__sqrt(x)   sqrt(x)\n",
-    "  #define springls__floor(x)  floor(x)\n",
     "  #define springls__fabs(x)   fabs(x)\n",
     "#else\n",
+    "  #include <float.h>\n",
     "  #include <math.h>\n",
     "  #if defined(__clang__)\n",
     "    #pragma STDC FP_CONTRACT OFF\n",
@@ -10238,18 +10602,19 @@ static const char *const springls__kernel_lines[] = {
     "  #endif\n",
     "  #define SPRINGLS__GLOBAL\n",
     "  #define SPRINGLS__CONST static const\n",
-    "  /* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
-    "  SPRINGLS__MATHS float springls__floor(float x)\n",
-    "  {\n",
-    "      float whole = fabsf(x) < 8388608.0f ? (float)(int)x : x;\n",
-    "      return whole > x ? whole - 1.0f : whole;\n",
-    "  }\n",
     "  #define springls__sqrt(x)   sqrtf(x)\n",
     "  #define springls__fabs(x)   fabsf(x)\n",
     "#endif\n",
     "\n",
+    "/* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
+    "SPRINGLS__MATHS float springls__floor(float x)\n",
+    "{\n",
+    "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
+    "    return whole > x ? whole - 1.0f : whole;\n",
+    "}\n",
+    "\n",
     "#endif\n",
-    "#line 982 \"springls.h\"\n",
+    "#line 1003 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -10310,6 +10675,13 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    float l2 = springls__length2(a);\n",
     "    return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "}\n",
+    "\n",
+    "/* A unit vector perpendicular to n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)\n",
+    "{\n",
+    "    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);\n",
+    "    return springls__normalize(springls__cross(n, axis));\n",
     "}\n",
     "\n",
     "/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k\n",
@@ -10385,7 +10757,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1119 \"springls.h\"\n",
+    "#line 1147 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -10452,7 +10824,737 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1187 \"springls.h\"\n",
+    "#line 1215 \"springls.h\"\n",
+    "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
+    "\n",
+    "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
+    "typedef struct springls__springl {\n",
+    "    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */\n",
+    "    springls__v3 p;         /* particle                                                                         */\n",
+    "    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */\n",
+    "    float reach;            /* max |q[m] - p|                                                                   */\n",
+    "} springls__springl;\n",
+    "\n",
+    "/* The constellation: arrays of `count` elements each. */\n",
+    "typedef struct springls__constellation {\n",
+    "    SPRINGLS__GLOBAL springls__springl *s;\n",
+    "    SPRINGLS__GLOBAL springls__v3 *a;         /* correspondence on the original surface                         */\n",
+    "    SPRINGLS__GLOBAL uint32_t *id;\n",
+    "    SPRINGLS__GLOBAL uint32_t *generation;\n",
+    "    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */\n",
+    "    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */\n",
+    "    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */\n",
+    "    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */\n",
+    "    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */\n",
+    "    int count, at_edges; /* at_edges: how many lie at a sharp edge */\n",
+    "    uint32_t next_id;\n",
+    "} springls__constellation;\n",
+    "\n",
+    "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
+    "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
+    "#define SPRINGLS__BRICK 8\n",
+    "#define SPRINGLS__BRICK_VOXELS 512\n",
+    "#define SPRINGLS__OUTSIDE 0\n",
+    "#define SPRINGLS__INSIDE 1\n",
+    "#define SPRINGLS__FIRST_SLOT 2\n",
+    "#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */\n",
+    "#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */\n",
+    "\n",
+    "typedef struct springls__grid {\n",
+    "    int size[3];                        /* voxels                                                               */\n",
+    "    int bricks[3];                      /* of the top table                                                     */\n",
+    "    SPRINGLS__GLOBAL int *top;          /* brick -> slot                                                        */\n",
+    "    SPRINGLS__GLOBAL int *slot_brick;   /* slot -> brick                                                        */\n",
+    "    SPRINGLS__GLOBAL int *active;       /* slots in use, ordered by brick: the order of every loop over bricks  */\n",
+    "    SPRINGLS__GLOBAL int *free_slots;\n",
+    "    int active_count, free_count, slot_count;\n",
+    "    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */\n",
+    "    SPRINGLS__GLOBAL float *phi_next;\n",
+    "    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */\n",
+    "    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */\n",
+    "    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */\n",
+    "} springls__grid;\n",
+    "\n",
+    "/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */\n",
+    "typedef struct springls__cells {\n",
+    "    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */\n",
+    "    SPRINGLS__GLOBAL uint32_t *near_first; /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1    */\n",
+    "    SPRINGLS__GLOBAL uint32_t *near_ids;\n",
+    "    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */\n",
+    "    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */\n",
+    "    float reach;                           /* of the springls that are in cells                                 */\n",
+    "    int large_count;\n",
+    "} springls__cells;\n",
+    "\n",
+    "#define SPRINGLS__SCRATCHES 8\n",
+    "\n",
+    "typedef struct springls__model {\n",
+    "    springls__constellation set;\n",
+    "    springls__grid grid;\n",
+    "    springls__grid reference;           /* phi_ref: top table and phi only                                      */\n",
+    "    springls__cells cells;\n",
+    "    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */\n",
+    "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */\n",
+    "    springls_params params;\n",
+    "} springls__model;\n",
+    "\n",
+    "/* All arrays: name, element, elements that belong together, place in the model. */\n",
+    "#define SPRINGLS__ARRAYS(X)                                                                                                       \\\n",
+    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \\\n",
+    "    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \\\n",
+    "    X(WAS, springls__v3, 1, set.was)                                                                                              \\\n",
+    "    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \\\n",
+    "    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \\\n",
+    "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \\\n",
+    "    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \\\n",
+    "    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \\\n",
+    "    X(IDS, uint32_t, 1, cells.ids) X(NEAR_FIRST, uint32_t, 1, cells.near_first) X(NEAR_IDS, uint32_t, 1, cells.near_ids)          \\\n",
+    "    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \\\n",
+    "    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \\\n",
+    "    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \\\n",
+    "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])\n",
+    "\n",
+    "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
+    "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
+    "\n",
+    "/* The numbers that one run of a kernel is given besides. */\n",
+    "typedef struct springls__job { int i[4]; float f[4]; } springls__job;\n",
+    "\n",
+    "/* With what follows from q and p. */\n",
+    "SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)\n",
+    "{\n",
+    "    float reach2 = 0.0f;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
+    "        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));\n",
+    "    }\n",
+    "    s.reach = springls__sqrt(reach2);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)\n",
+    "{\n",
+    "    springls__tri t;\n",
+    "    t.a = s.q[0]; t.b = s.q[1]; t.c = s.q[2];\n",
+    "    return t;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }\n",
+    "\n",
+    "/* Does springl i lie at a sharp edge that is to be kept? */\n",
+    "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }\n",
+    "\n",
+    "/* A new springl in place i, at or beyond `count`: its id follows from the place. */\n",
+    "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
+    "{\n",
+    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "    model->set.a[i] = a;\n",
+    "    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);\n",
+    "    model->set.generation[i] = generation;\n",
+    "    model->set.mask[i] = mask;\n",
+    "    model->set.part[i] = -1;\n",
+    "    model->set.edge[i] = 0;\n",
+    "    model->set.phi[i] = 0.0f;\n",
+    "    model->set.was[i] = s.p;\n",
+    "}\n",
+    "\n",
+    "/* phi has been made to follow the springls. */\n",
+    "SPRINGLS__MATHS void springls__phi_in_step_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    model->set.was[i] = model->set.s[i].p;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH7: how far a particle has come since then, squared. */\n",
+    "SPRINGLS__MATHS void springls__way_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.was[i]));\n",
+    "}\n",
+    "\n",
+    "/* The model's numbers, as kernels are given them. */\n",
+    "typedef struct springls__shape {\n",
+    "    int size[3], bricks[3], springls, at_edges;\n",
+    "    uint32_t next_id;\n",
+    "    int active_count, free_count, slot_count, large_count;\n",
+    "    float far_value, reference_far_value, reach;\n",
+    "} springls__shape;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)\n",
+    "{\n",
+    "    springls__shape shape;\n",
+    "    int axis;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        shape.size[axis] = model->grid.size[axis];\n",
+    "        shape.bricks[axis] = model->grid.bricks[axis];\n",
+    "    }\n",
+    "    shape.springls = model->set.count;\n",
+    "    shape.at_edges = model->set.at_edges;\n",
+    "    shape.next_id = model->set.next_id;\n",
+    "    shape.active_count = model->grid.active_count;\n",
+    "    shape.free_count = model->grid.free_count;\n",
+    "    shape.slot_count = model->grid.slot_count;\n",
+    "    shape.large_count = model->cells.large_count;\n",
+    "    shape.far_value = model->grid.far_value;\n",
+    "    shape.reference_far_value = model->reference.far_value;\n",
+    "    shape.reach = model->cells.reach;\n",
+    "    return shape;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape shape)\n",
+    "{\n",
+    "    int axis;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];\n",
+    "        model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];\n",
+    "    }\n",
+    "    model->set.count = shape.springls;\n",
+    "    model->set.at_edges = shape.at_edges;\n",
+    "    model->set.next_id = shape.next_id;\n",
+    "    model->grid.active_count = shape.active_count;\n",
+    "    model->grid.free_count = shape.free_count;\n",
+    "    model->grid.slot_count = shape.slot_count;\n",
+    "    model->cells.large_count = shape.large_count;\n",
+    "    model->grid.far_value = shape.far_value;\n",
+    "    model->reference.far_value = shape.reference_far_value;\n",
+    "    model->cells.reach = shape.reach;\n",
+    "}\n",
+    "#line 1412 \"springls.h\"\n",
+    "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
+    "\n",
+    "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
+    "   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__slot_at(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    return g->top[springls__brick_at(g, x, y, z)];\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)\n",
+    "{\n",
+    "    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);\n",
+    "}\n",
+    "\n",
+    "/* The first voxel of a slot's brick. */\n",
+    "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
+    "{\n",
+    "    int brick = g->slot_brick[slot];\n",
+    "    origin[0] = 8 * (brick % g->bricks[0]);\n",
+    "    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
+    "    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "}\n",
+    "\n",
+    "/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit\n",
+    "   (dx+1) + 3(dy+1) + 9(dz+1). */\n",
+    "SPRINGLS__MATHS uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)\n",
+    "{\n",
+    "    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;\n",
+    "    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);\n",
+    "    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);\n",
+    "}\n",
+    "\n",
+    "/* Value at a voxel of the domain. */\n",
+    "SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)\n",
+    "{\n",
+    "    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];\n",
+    "}\n",
+    "\n",
+    "/* phi at any voxel; beyond the domain by the border rule above. */\n",
+    "SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
+    "{\n",
+    "    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),\n",
+    "                                   springls__iclamp(z, 0, g->size[2] - 1));\n",
+    "    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);\n",
+    "}\n",
+    "\n",
+    "/* Trilinear value at x, the border rule included. */\n",
+    "SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "{\n",
+    "    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);\n",
+    "    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);\n",
+    "    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;\n",
+    "    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];\n",
+    "    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);\n",
+    "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);\n",
+    "        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];\n",
+    "        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];\n",
+    "    } else if (inner) {\n",
+    "        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
+    "    } else {\n",
+    "        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
+    "    }\n",
+    "    return springls__trilinear(corner, u, v, w);\n",
+    "}\n",
+    "\n",
+    "/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */\n",
+    "SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "{\n",
+    "    float c = springls__grid_sample(g, phi, x);\n",
+    "    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);\n",
+    "    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;\n",
+    "    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;\n",
+    "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
+    "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
+    "}\n",
+    "\n",
+    "/* Gradient of the trilinear values by central differences over one voxel. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "{\n",
+    "    const float h = 0.5f;\n",
+    "    return springls__v3_make(\n",
+    "        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),\n",
+    "        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),\n",
+    "        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
+    "}\n",
+    "\n",
+    "/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */\n",
+    "#define SPRINGLS__TILE 10\n",
+    "#define SPRINGLS__TILE_VOXELS 1000\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__load_border_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], float *tile)\n",
+    "{\n",
+    "    int x, y, z;\n",
+    "    for (z = -1; z <= 8; z++)\n",
+    "        for (y = -1; y <= 8; y++)\n",
+    "            for (x = -1; x <= 8; x++)\n",
+    "                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, float *tile)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const float *inner;\n",
+    "    int origin[3], x, y, z;\n",
+    "    springls__slot_origin(g, slot, origin);\n",
+    "    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]\n",
+    "        || origin[2] + 9 > g->size[2]) {\n",
+    "        springls__load_border_tile(g, field, origin, tile);\n",
+    "        return;\n",
+    "    }\n",
+    "    for (z = -1; z <= 8; z++) {\n",
+    "        for (y = -1; y <= 8; y++) {\n",
+    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);\n",
+    "            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);\n",
+    "            float *out = tile + springls__tile_index(0, y, z);\n",
+    "            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];\n",
+    "            inner = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;\n",
+    "            for (x = 0; x < 8; x++) out[x] = inner[x];\n",
+    "            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* One voxel and its six neighbours. */\n",
+    "typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;\n",
+    "\n",
+    "/* The smallest and the largest of the six neighbours. */\n",
+    "SPRINGLS__MATHS float springls__least(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__most(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)\n",
+    "{\n",
+    "    springls__cross7 v;\n",
+    "    v.c = t[0];\n",
+    "    v.xm = t[-1];\n",
+    "    v.xp = t[1];\n",
+    "    v.ym = t[-SPRINGLS__TILE];\n",
+    "    v.yp = t[SPRINGLS__TILE];\n",
+    "    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];\n",
+    "    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */\n",
+    "#define SPRINGLS__WIDE_MARGIN 3\n",
+    "#define SPRINGLS__WIDE 14\n",
+    "\n",
+    "typedef struct springls__wide_tile {\n",
+    "    const springls__grid *g;\n",
+    "    SPRINGLS__GLOBAL const float *field;\n",
+    "    int origin[3];\n",
+    "    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];\n",
+    "} springls__wide_tile;\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__wide_tile *tile)\n",
+    "{\n",
+    "    const int m = SPRINGLS__WIDE_MARGIN;\n",
+    "    int x, y, z;\n",
+    "    bool border = false;\n",
+    "    float *out = tile->value;\n",
+    "    tile->g = g;\n",
+    "    tile->field = field;\n",
+    "    for (x = 0; x < 3; x++) {\n",
+    "        tile->origin[x] = origin[x];\n",
+    "        border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];\n",
+    "    }\n",
+    "    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)\n",
+    "        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {\n",
+    "            if (border) {\n",
+    "                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);\n",
+    "            } else {\n",
+    "                SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
+    "                size_t row = (size_t)springls__voxel_in_brick(0, y, z);\n",
+    "                SPRINGLS__GLOBAL const float *lower = field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m;\n",
+    "                SPRINGLS__GLOBAL const float *own = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;\n",
+    "                SPRINGLS__GLOBAL const float *upper = field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row;\n",
+    "                for (x = 0; x < m; x++) out[x] = lower[x];\n",
+    "                for (x = 0; x < 8; x++) out[m + x] = own[x];\n",
+    "                for (x = 0; x < m; x++) out[m + 8 + x] = upper[x];\n",
+    "            }\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "/* Trilinear value at x, in voxels from the brick's first one. */\n",
+    "SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)\n",
+    "{\n",
+    "    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;\n",
+    "    const float lower = (float)-m, upper = (float)(7 + m);\n",
+    "    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];\n",
+    "    const float *t;\n",
+    "    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {\n",
+    "        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);\n",
+    "        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));\n",
+    "    }\n",
+    "    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);\n",
+    "    corner[0] = t[0];\n",
+    "    corner[1] = t[1];\n",
+    "    corner[2] = t[sy];\n",
+    "    corner[3] = t[sy + 1];\n",
+    "    corner[4] = t[sz];\n",
+    "    corner[5] = t[sz + 1];\n",
+    "    corner[6] = t[sz + sy];\n",
+    "    corner[7] = t[sz + sy + 1];\n",
+    "    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);\n",
+    "}\n",
+    "\n",
+    "\n",
+    "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }\n",
+    "\n",
+    "/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */\n",
+    "SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])\n",
+    "{\n",
+    "    at[0] = origin[0] + 8 * (d % 3 - 1);\n",
+    "    at[1] = origin[1] + 8 * (d / 3 % 3 - 1);\n",
+    "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
+    "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
+    "}\n",
+    "#line 1653 \"springls.h\"\n",
+    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
+    "\n",
+    "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
+    "typedef struct springls__tri_plan {\n",
+    "    springls__tri t;\n",
+    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
+    "    float inverse_edge2[3], inverse_n2;\n",
+    "} springls__tri_plan;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)\n",
+    "{\n",
+    "    springls__tri_plan plan;\n",
+    "    float n2;\n",
+    "    plan.t = t;\n",
+    "    plan.n = springls__tri_area2(t);\n",
+    "    n2 = springls__length2(plan.n);\n",
+    "    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */\n",
+    "    plan.edge[0] = springls__sub(t.b, t.a);\n",
+    "    plan.edge[1] = springls__sub(t.c, t.b);\n",
+    "    plan.edge[2] = springls__sub(t.a, t.c);\n",
+    "    plan.side[0] = springls__cross(plan.n, plan.edge[0]);\n",
+    "    plan.side[1] = springls__cross(plan.n, plan.edge[1]);\n",
+    "    plan.side[2] = springls__cross(plan.n, plan.edge[2]);\n",
+    "    plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);\n",
+    "    plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);\n",
+    "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
+    "    return plan;\n",
+    "}\n",
+    "\n",
+    "/* Squared distance from x to the segment that starts at a, of vector e. */\n",
+    "SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)\n",
+    "{\n",
+    "    springls__v3 d = springls__sub(x, a);\n",
+    "    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);\n",
+    "    return springls__length2(springls__mad(d, e, -s));\n",
+    "}\n",
+    "\n",
+    "/* Squared distance from x to the triangle, without a branch. */\n",
+    "SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);\n",
+    "    float height = springls__dot(plan.n, da);\n",
+    "    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),\n",
+    "                                springls__dot(plan.side[2], dc));\n",
+    "    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);\n",
+    "    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);\n",
+    "    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);\n",
+    "    float edges = springls__min(springls__min(e0, e1), e2);\n",
+    "    float face = height * height * plan.inverse_n2;\n",
+    "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
+    "    return use_face > 0.0f ? face : edges;\n",
+    "}\n",
+    "\n",
+    "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
+    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])\n",
+    "{\n",
+    "    springls__v3 lower, upper;\n",
+    "    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;\n",
+    "    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;\n",
+    "    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;\n",
+    "    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;\n",
+    "    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;\n",
+    "    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;\n",
+    "    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;\n",
+    "    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;\n",
+    "    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;\n",
+    "    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;\n",
+    "    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;\n",
+    "    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;\n",
+    "}\n",
+    "\n",
+    "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row);\n",
+    "\n",
+    "/* Exact distance to the springls in active brick `index`, clamped at params.capture. */\n",
+    "SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int index)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float capture = model->params.capture;\n",
+    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int origin[3], i, y, z;\n",
+    "    uint32_t k;\n",
+    "    springls__slot_origin(g, g->active[index], origin);\n",
+    "    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;\n",
+    "    for (k = model->cells.near_first[index]; k < model->cells.near_first[index + 1]; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
+    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
+    "        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
+    "        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
+    "        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
+    "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
+    "        float reach = s->reach * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
+    "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
+    "        for (z = z0; z <= z1; z++)\n",
+    "            for (y = y0; y <= y1; y++)\n",
+    "                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);\n",
+    "}\n",
+    "#line 1768 \"springls.h\"\n",
+    "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
+    "   `large` instead, so that one huge triangle does not widen every search. */\n",
+    "\n",
+    "/* The cell of a voxel within its brick. */\n",
+    "SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)\n",
+    "{\n",
+    "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
+    "}\n",
+    "\n",
+    "/* The range of bricks within `margin` of p, as far as there are any. */\n",
+    "SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])\n",
+    "{\n",
+    "    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;\n",
+    "    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;\n",
+    "    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;\n",
+    "    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;\n",
+    "    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;\n",
+    "    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;\n",
+    "}\n",
+    "\n",
+    "/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */\n",
+    "typedef struct springls__cell_walk {\n",
+    "    const springls__grid *g;\n",
+    "    const springls__cells *cells;\n",
+    "    int lo[3], hi[3], x, y, z;\n",
+    "    uint32_t next, end;\n",
+    "    int large;\n",
+    "} springls__cell_walk;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)\n",
+    "{\n",
+    "    springls__cell_walk walk;\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    walk.g = g;\n",
+    "    walk.cells = &model->cells;\n",
+    "    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;\n",
+    "    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;\n",
+    "    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;\n",
+    "    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);\n",
+    "    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);\n",
+    "    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);\n",
+    "    walk.x = walk.lo[0];\n",
+    "    walk.y = walk.lo[1];\n",
+    "    walk.z = walk.lo[2];\n",
+    "    walk.next = walk.end = 0;\n",
+    "    walk.large = 0;\n",
+    "    return walk;\n",
+    "}\n",
+    "\n",
+    "/* The next springl, or -1 at the end. */\n",
+    "SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)\n",
+    "{\n",
+    "    while (walk->next == walk->end) {\n",
+    "        const springls__grid *g = walk->g;\n",
+    "        SPRINGLS__GLOBAL const uint32_t *cell;\n",
+    "        int last;\n",
+    "        if (walk->z > walk->hi[2]) {\n",
+    "            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;\n",
+    "        }\n",
+    "        last = springls__imin(walk->x | 7, walk->hi[0]);\n",
+    "        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;\n",
+    "        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];\n",
+    "        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];\n",
+    "        walk->x = last + 1;\n",
+    "        if (walk->x > walk->hi[0]) {\n",
+    "            walk->x = walk->lo[0];\n",
+    "            walk->y += SPRINGLS__CELL;\n",
+    "            if (walk->y > walk->hi[1]) {\n",
+    "                walk->y = walk->lo[1];\n",
+    "                walk->z += SPRINGLS__CELL;\n",
+    "            }\n",
+    "        }\n",
+    "    }\n",
+    "    return (int)walk->cells->ids[walk->next++];\n",
+    "}\n",
+    "\n",
+    "/* All springls whose particle may lie within r of x, and some more. */\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
+    "{\n",
+    "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
+    "}\n",
+    "\n",
+    "/* All springls of which some point may lie within `radius` of the box. */\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,\n",
+    "                                                            float radius)\n",
+    "{\n",
+    "    float r = radius + model->cells.reach;\n",
+    "    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),\n",
+    "                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));\n",
+    "}\n",
+    "\n",
+    "/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */\n",
+    "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
+    "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const float reach_cap = 2.5f; /* twice that of a springl about to be split */\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
+    "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
+    "    (void)job;\n",
+    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->reach > reach_cap ? SPRINGLS__LARGE_KEY\n",
+    "                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
+    "}\n",
+    "\n",
+    "/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */\n",
+    "SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *cell)\n",
+    "{\n",
+    "    uint32_t reach = 0;\n",
+    "    int y, z;\n",
+    "    for (z = 0; z < 4; z++)\n",
+    "        for (y = 0; y < 4; y++, cell += 4)\n",
+    "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
+    "    return reach;\n",
+    "}\n",
+    "#line 1887 \"springls.h\"\n",
+    "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
+    "   closest edge of each, nearest first, ties by index. */\n",
+    "\n",
+    "/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */\n",
+    "SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)\n",
+    "{\n",
+    "    int i = length < room ? length : room - 1;\n",
+    "    if (length == room && (d2s[i] < d2 || (d2s[i] == d2 && codes[i] < code))) return length;\n",
+    "    for (; i > 0 && (d2s[i - 1] > d2 || (d2s[i - 1] == d2 && codes[i - 1] > code)); i--) {\n",
+    "        d2s[i] = d2s[i - 1];\n",
+    "        codes[i] = codes[i - 1];\n",
+    "    }\n",
+    "    d2s[i] = d2;\n",
+    "    codes[i] = code;\n",
+    "    return length < room ? length + 1 : room;\n",
+    "}\n",
+    "\n",
+    "/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance\n",
+    "   squared; else -1. */\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3]);\n",
+    "\n",
+    "/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */\n",
+    "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];\n",
+    "    const float radius = model->params.neighbor_radius, radius2 = radius * radius;\n",
+    "    const int room = model->params.max_neighbors;\n",
+    "    springls__v3 lower, upper, normal = springls__springl_normal(*self);\n",
+    "    springls__cell_walk walk;\n",
+    "    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];\n",
+    "    int length[3] = { 0, 0, 0 }, edge[3], other, m;\n",
+    "    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;\n",
+    "    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));\n",
+    "    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));\n",
+    "    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));\n",
+    "    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));\n",
+    "    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));\n",
+    "    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));\n",
+    "    walk = springls__cell_walk_around(model, lower, upper, radius);\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[other];\n",
+    "        float within = radius + o->reach + self->reach;\n",
+    "        if (other == n) continue;\n",
+    "        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;\n",
+    "        within = radius + o->reach;\n",
+    "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
+    "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
+    "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
+    "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
+    "        for (m = 0; m < 3; m++)\n",
+    "            if (edge[m] >= 0)\n",
+    "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,\n",
+    "                                                     d2[m], 3 * other + edge[m]);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
+    "}\n",
+    "#line 1950 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -10485,7 +11587,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1221 \"springls.h\"\n",
+    "#line 1984 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -10583,7 +11685,222 @@ static const char *const springls__kernel_lines[] = {
     "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
     "    return out;\n",
     "}\n",
-    "#line 1320 \"springls.h\"\n",
+    "\n",
+    "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
+    "{\n",
+    "    springls__relax_rule rule;\n",
+    "    rule.rest = 2.0f * params->particle_radius;\n",
+    "    rule.radius = params->neighbor_radius;\n",
+    "    rule.d_max = params->d_max;\n",
+    "    rule.kappa_int = params->kappa_int;\n",
+    "    rule.kappa_ext = params->kappa_ext;\n",
+    "    rule.sharpness = params->sharpness;\n",
+    "    rule.step_length = params->relax_step_length;\n",
+    "    rule.step_rotation = params->relax_step_rotation;\n",
+    "    rule.threshold = (int)params->threshold;\n",
+    "    rule.weight = (int)params->weight;\n",
+    "    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;\n",
+    "    return rule;\n",
+    "}\n",
+    "\n",
+    "\n",
+    "/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all, springls__v3 q, SPRINGLS__GLOBAL const int *codes)\n",
+    "{\n",
+    "    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[codes[k] / 3];\n",
+    "        int e = codes[k] % 3;\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);\n",
+    "        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));\n",
+    "    }\n",
+    "    return springls__thresholded(rule, c);\n",
+    "}\n",
+    "\n",
+    "\n",
+    "/* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */\n",
+    "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
+    "    springls__springl s = all[i];\n",
+    "    springls__tri t = springls__springl_tri(s);\n",
+    "    (void)job;\n",
+    "    if (!model->set.mask[i]) {\n",
+    "        t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),\n",
+    "                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),\n",
+    "                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));\n",
+    "        s.q[0] = t.a;\n",
+    "        s.q[1] = t.b;\n",
+    "        s.q[2] = t.c;\n",
+    "        s = springls__springl_finished(s);\n",
+    "    }\n",
+    "    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;\n",
+    "}\n",
+    "\n",
+    "/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */\n",
+    "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];\n",
+    "    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;\n",
+    "    (void)job;\n",
+    "    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;\n",
+    "    s.q[1] = s.q[2];\n",
+    "    s.q[2] = q;\n",
+    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 2152 \"springls.h\"\n",
+    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
+    "\n",
+    "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
+    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
+    "{\n",
+    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
+    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
+    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
+    "    float s = r * r;\n",
+    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
+    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
+    "    if (ay > ax) a = 1.57079633f - a;\n",
+    "    if (x < 0.0f) a = 3.14159265f - a;\n",
+    "    return y < 0.0f ? -a : a;\n",
+    "}\n",
+    "\n",
+    "/* The solid angle under which t is seen from x, positive when its normal points away from x. */\n",
+    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
+    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
+    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
+    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
+    "    return 2.0f * springls__atan2(volume, angle);\n",
+    "}\n",
+    "#line 2179 \"springls.h\"\n",
+    "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
+    "   two of them opens, springls are missing or the surface ends. */\n",
+    "\n",
+    "#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
+    "\n",
+    "typedef struct springls__fan {\n",
+    "    springls__v3 e1, e2;             /* the tangent frame */\n",
+    "    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */\n",
+    "    int count;\n",
+    "} springls__fan;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)\n",
+    "{\n",
+    "    springls__fan fan;\n",
+    "    fan.e1 = springls__any_tangent(n);\n",
+    "    fan.e2 = springls__cross(n, fan.e1);\n",
+    "    fan.count = 0;\n",
+    "    return fan;\n",
+    "}\n",
+    "\n",
+    "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
+    "SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)\n",
+    "{\n",
+    "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
+    "    int i;\n",
+    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;\n",
+    "    angle = springls__atan2(v, u);\n",
+    "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
+    "    fan.angle[i] = angle;\n",
+    "    fan.count++;\n",
+    "    return fan;\n",
+    "}\n",
+    "\n",
+    "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
+    "typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)\n",
+    "{\n",
+    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
+    "    springls__opening opening;\n",
+    "    float from, middle;\n",
+    "    int i;\n",
+    "    opening.angle = turn;\n",
+    "    opening.second = 0.0f;\n",
+    "    opening.middle = fan.e1;\n",
+    "    if (fan.count == 0) return opening;\n",
+    "    from = fan.angle[fan.count - 1];\n",
+    "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
+    "    for (i = 1; i < fan.count; i++) {\n",
+    "        float angle = fan.angle[i] - fan.angle[i - 1];\n",
+    "        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));\n",
+    "        if (angle <= opening.angle) continue;\n",
+    "        opening.angle = angle;\n",
+    "        from = fan.angle[i - 1];\n",
+    "    }\n",
+    "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
+    "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
+    "    return opening;\n",
+    "}\n",
+    "\n",
+    "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
+    "   two sides open, its end and a drop nearly all. */\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)\n",
+    "{\n",
+    "    const float degree = 0.0174532925f;\n",
+    "    springls__opening opening = springls__fan_opening(fan);\n",
+    "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
+    "}\n",
+    "#line 2249 \"springls.h\"\n",
+    "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
+    "\n",
+    "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
+    "SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)\n",
+    "{\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    float best = radius * radius;\n",
+    "    int i, nearest = -1;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        float d2, reach = radius + s->reach;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);\n",
+    "        if (d2 < best || (d2 == best && i < nearest)) {\n",
+    "            best = d2;\n",
+    "            nearest = i;\n",
+    "        }\n",
+    "    }\n",
+    "    return nearest;\n",
+    "}\n",
+    "\n",
+    "/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */\n",
+    "SPRINGLS__MATHS springls__opening springls__opening_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)\n",
+    "{\n",
+    "    springls__fan fan = springls__fan_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
+    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);\n",
+    "    }\n",
+    "    return springls__fan_opening(fan);\n",
+    "}\n",
+    "\n",
+    "/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become\n",
+    "   thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */\n",
+    "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "{\n",
+    "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
+    "    springls__fan fan = springls__fan_begin(n);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
+    "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);\n",
+    "    }\n",
+    "    return springls__spans_sheet(fan) != 0;\n",
+    "}\n",
+    "#line 2301 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -10635,39 +11952,132 @@ static const char *const springls__kernel_lines[] = {
     "    const float reach = 1.5f;\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;\n",
     "}\n",
-    "#line 1373 \"springls.h\"\n",
-    "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
-    "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
-    "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
+    "/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the\n",
+    "   grid are far from the zero level. */\n",
+    "SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)\n",
     "{\n",
-    "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
-    "    float ca = springls__length2(springls__sub(t.a, t.c));\n",
-    "    if (ab >= bc && ab >= ca) return 0;\n",
-    "    return bc >= ca ? 1 : 2;\n",
+    "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
+    "                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));\n",
+    "    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)\n",
+    "SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    return springls__max(springls__length2(springls__sub(t.b, t.a)),\n",
-    "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
+    "    (void)job;\n",
+    "    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);\n",
     "}\n",
     "\n",
-    "/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */\n",
-    "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
+    "/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or\n",
+    "   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of\n",
+    "   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */\n",
+    "SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)\n",
     "{\n",
-    "    int edge = springls__longest_edge(t);\n",
-    "    springls__tri turned = t, part;\n",
-    "    springls__v3 middle;\n",
-    "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
-    "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
-    "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
-    "    part.a = second ? middle : turned.a;\n",
-    "    part.b = second ? turned.b : middle;\n",
-    "    part.c = turned.c;\n",
-    "    return part;\n",
+    "    const float r = 1.6f, ahead = 1.5f;\n",
+    "    const int enough = 3;\n",
+    "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "    springls__v3 n = springls__springl_normal(*s);\n",
+    "    springls__cell_walk walk;\n",
+    "    int other, beside = 0;\n",
+    "    if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */\n",
+    "    if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;\n",
+    "    walk = springls__cell_walk_near(model, s->p, r);\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;\n",
+    "        if (other == i || springls__length2(d) > r * r) continue;\n",
+    "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */\n",
+    "        m = springls__springl_normal(model->set.s[other]);\n",
+    "        if (springls__is_far_side(d, n, m)) return true;\n",
+    "        beside += springls__is_beside(d, n, m);\n",
+    "        if (beside >= enough && model->set.phi[i] > 0.0f) return true;\n",
+    "    }\n",
+    "    return false;\n",
     "}\n",
-    "#line 1406 \"springls.h\"\n",
+    "\n",
+    "/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes\n",
+    "   the projection hold phi near zero. */\n",
+    "SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)\n",
+    "{\n",
+    "    const float ahead = 0.75f, deep = -0.2f;\n",
+    "    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;\n",
+    "}\n",
+    "\n",
+    "/* What becomes of a springl. */\n",
+    "#define SPRINGLS__REMOVE 0\n",
+    "#define SPRINGLS__KEEP 1\n",
+    "#define SPRINGLS__RESHAPE 2\n",
+    "#define SPRINGLS__UNDECIDED 3\n",
+    "\n",
+    "/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */\n",
+    "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;\n",
+    "    *fate = SPRINGLS__KEEP;\n",
+    "    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;\n",
+    "    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;\n",
+    "    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), job.f[0], job.f[1], model->params.min_area))\n",
+    "        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;\n",
+    "}\n",
+    "\n",
+    "/* A good shape about the same particle, which keeps its exact path and correspondence. */\n",
+    "SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__tri t = springls__springl_tri(s);\n",
+    "    springls__v3 area2 = springls__tri_area2(t), n;\n",
+    "    float area = 0.5f * springls__length(area2);\n",
+    "    (void)job;\n",
+    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;\n",
+    "    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
+    "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
+    "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
+    "    s.q[0] = t.a;\n",
+    "    s.q[1] = t.b;\n",
+    "    s.q[2] = t.c;\n",
+    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "\n",
+    "/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.\n",
+    "   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */\n",
+    "SPRINGLS__MATHS uint8_t springls__merged_fate(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)\n",
+    "{\n",
+    "    const float r = model->params.merge_distance;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n = springls__springl_normal(s);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);\n",
+    "    uint8_t decided = SPRINGLS__KEEP;\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
+    "        bool older = model->set.generation[other] < model->set.generation[i]\n",
+    "                  || (model->set.generation[other] == model->set.generation[i] && other < i);\n",
+    "        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
+    "        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;\n",
+    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        decided = SPRINGLS__UNDECIDED;\n",
+    "    }\n",
+    "    return decided;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];\n",
+    "    uint8_t now = fate[i];\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__merged_fate(model, fate, i) : now;\n",
+    "}\n",
+    "\n",
+    "/* All that are kept so far are undecided. */\n",
+    "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
+    "    (void)job;\n",
+    "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
+    "}\n",
+    "#line 2479 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -10683,13 +12093,6 @@ static const char *const springls__kernel_lines[] = {
     "    float right[24];\n",
     "    int count;\n",
     "} springls__fit;\n",
-    "\n",
-    "/* A unit vector perpendicular to n. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)\n",
-    "{\n",
-    "    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);\n",
-    "    return springls__normalize(springls__cross(n, axis));\n",
-    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -10795,246 +12198,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 1535 \"springls.h\"\n",
-    "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
-    "\n",
-    "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)\n",
-    "{\n",
-    "    return springls__mad(a, gradient, -step * phi);\n",
-    "}\n",
-    "#line 1544 \"springls.h\"\n",
-    "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
-    "\n",
-    "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
-    "typedef struct springls__tri_plan {\n",
-    "    springls__tri t;\n",
-    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
-    "    float inverse_edge2[3], inverse_n2;\n",
-    "} springls__tri_plan;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)\n",
-    "{\n",
-    "    springls__tri_plan plan;\n",
-    "    float n2;\n",
-    "    plan.t = t;\n",
-    "    plan.n = springls__tri_area2(t);\n",
-    "    n2 = springls__length2(plan.n);\n",
-    "    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */\n",
-    "    plan.edge[0] = springls__sub(t.b, t.a);\n",
-    "    plan.edge[1] = springls__sub(t.c, t.b);\n",
-    "    plan.edge[2] = springls__sub(t.a, t.c);\n",
-    "    plan.side[0] = springls__cross(plan.n, plan.edge[0]);\n",
-    "    plan.side[1] = springls__cross(plan.n, plan.edge[1]);\n",
-    "    plan.side[2] = springls__cross(plan.n, plan.edge[2]);\n",
-    "    plan.inverse_edge2[0] = springls__inverse_length2(t.a, t.b);\n",
-    "    plan.inverse_edge2[1] = springls__inverse_length2(t.b, t.c);\n",
-    "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
-    "    return plan;\n",
-    "}\n",
-    "\n",
-    "/* Squared distance from x to the segment that starts at a, of vector e. */\n",
-    "SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)\n",
-    "{\n",
-    "    springls__v3 d = springls__sub(x, a);\n",
-    "    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);\n",
-    "    return springls__length2(springls__mad(d, e, -s));\n",
-    "}\n",
-    "\n",
-    "/* Squared distance from x to the triangle, without a branch. */\n",
-    "SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)\n",
-    "{\n",
-    "    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);\n",
-    "    float height = springls__dot(plan.n, da);\n",
-    "    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),\n",
-    "                                springls__dot(plan.side[2], dc));\n",
-    "    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);\n",
-    "    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);\n",
-    "    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);\n",
-    "    float edges = springls__min(springls__min(e0, e1), e2);\n",
-    "    float face = height * height * plan.inverse_n2;\n",
-    "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
-    "    return use_face > 0.0f ? face : edges;\n",
-    "}\n",
-    "#line 1598 \"springls.h\"\n",
-    "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
-    "\n",
-    "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
-    "   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
-    "SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)\n",
-    "{\n",
-    "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
-    "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
-    "}\n",
-    "#line 1609 \"springls.h\"\n",
-    "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
-    "\n",
-    "/* One voxel and its six neighbours. */\n",
-    "typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;\n",
-    "\n",
-    "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
-    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
-    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
-    "{\n",
-    "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
-    "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
-    "    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);\n",
-    "    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);\n",
-    "    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);\n",
-    "    float g2 = x * x + y * y + z * z;\n",
-    "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
-    "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
-    "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
-    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
-    "   smooth at the surface where omega has a kink. */\n",
-    "SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)\n",
-    "{\n",
-    "    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
-    "    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
-    "    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
-    "    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)\n",
-    "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
-    "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
-    "}\n",
-    "#line 1643 \"springls.h\"\n",
-    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
-    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
-    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
-    "   never matters: whether a voxel is simple does not depend on the side it is on. */\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
-    "\n",
-    "/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
-    "{\n",
-    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
-    "}\n",
-    "\n",
-    "/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or\n",
-    "   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */\n",
-    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int faces = mask27 & 0x0415410u;\n",
-    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
-    "    unsigned int part = faces & (~faces + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;\n",
-    "    }\n",
-    "    return faces != 0u && (faces & ~part) == 0u;\n",
-    "}\n",
-    "\n",
-    "/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */\n",
-    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
-    "{\n",
-    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
-    "    unsigned int part = outside & (~outside + 1u), before = 0u;\n",
-    "    while (part != before) {\n",
-    "        before = part;\n",
-    "        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;\n",
-    "    }\n",
-    "    return outside != 0u && part == outside;\n",
-    "}\n",
-    "\n",
-    "/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */\n",
-    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
-    "{\n",
-    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
-    "}\n",
-    "#line 1699 \"springls.h\"\n",
-    "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
-    "\n",
-    "/* The smallest and the largest of the six neighbours. */\n",
-    "SPRINGLS__MATHS float springls__least(springls__cross7 v)\n",
-    "{\n",
-    "    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__most(springls__cross7 v)\n",
-    "{\n",
-    "    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
-    "SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)\n",
-    "{\n",
-    "    float lo = springls__least(v), hi = springls__most(v);\n",
-    "    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
-    "}\n",
-    "\n",
-    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
-    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
-    "SPRINGLS__MATHS float springls__slope2(float m, float c, float p)\n",
-    "{\n",
-    "    float central = 0.5f * (p - m), left = c - m, right = p - c;\n",
-    "    float steep = springls__max(springls__fabs(left), springls__fabs(right));\n",
-    "    float flat = springls__fabs(central);\n",
-    "    float slope = flat < 0.65f * steep ? steep : flat;\n",
-    "    return slope * slope;\n",
-    "}\n",
-    "\n",
-    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
-    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
-    "SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)\n",
-    "{\n",
-    "    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
-    "    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;\n",
-    "    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
-    "    return v.c / (1.0f + share * excess);\n",
-    "}\n",
-    "\n",
-    "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26\n",
-    "   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */\n",
-    "#define SPRINGLS__NEAR 0.577f\n",
-    "\n",
-    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }\n",
-    "\n",
-    "/* First guess for a voxel that gets its distance from its neighbours: it is not near. */\n",
-    "SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)\n",
-    "{\n",
-    "    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);\n",
-    "    return phi < 0.0f ? -d : d;\n",
-    "}\n",
-    "\n",
-    "/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
-    "SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)\n",
-    "{\n",
-    "    float a = springls__min(x, springls__min(y, z)), c = springls__max(x, springls__max(y, z));\n",
-    "    float b = springls__max(springls__min(x, y), springls__min(springls__max(x, y), z));\n",
-    "    float one = a + 1.0f;\n",
-    "    float two = 0.5f * (a + b + springls__sqrt(springls__max(2.0f - (a - b) * (a - b), 0.0f)));\n",
-    "    float sum = a + b + c;\n",
-    "    float three = (sum + springls__sqrt(springls__max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), 0.0f))) * (1.0f / 3.0f);\n",
-    "    float d = one > b ? two : one;\n",
-    "    return d > c ? three : d;\n",
-    "}\n",
-    "\n",
-    "/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26\n",
-    "   neighbours on the other side (touches): near springls alone are no surface. */\n",
-    "SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)\n",
-    "{\n",
-    "    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
-    "                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
-    "                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
-    "    d = springls__min(d, far_value);\n",
-    "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
-    "    return v.c < 0.0f ? -d : d;\n",
-    "}\n",
-    "#line 1780 \"springls.h\"\n",
+    "#line 2601 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -11167,7 +12331,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 1914 \"springls.h\"\n",
+    "#line 2735 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -11349,7 +12513,988 @@ static const char *const springls__kernel_lines[] = {
     "    if (c < -0.5f) return v;\n",
     "    return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));\n",
     "}\n",
-    "#line 2097 \"springls.h\"\n",
+    "\n",
+    "/* The springls about a place. */\n",
+    "typedef struct springls__crowd {\n",
+    "    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];\n",
+    "    float weight[SPRINGLS__CROWD];\n",
+    "    int id[SPRINGLS__CROWD], count;\n",
+    "} springls__crowd;\n",
+    "\n",
+    "/* False when it is full. */\n",
+    "SPRINGLS__MATHS bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)\n",
+    "{\n",
+    "    int i = crowd->count;\n",
+    "    if (i == SPRINGLS__CROWD) return false;\n",
+    "    crowd->p[i] = p;\n",
+    "    crowd->n[i] = n;\n",
+    "    crowd->a[i] = a;\n",
+    "    crowd->weight[i] = weight;\n",
+    "    crowd->id[i] = id;\n",
+    "    crowd->count++;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* narrow, certain: see springls__find_sides. */\n",
+    "SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)\n",
+    "{\n",
+    "    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);\n",
+    "}\n",
+    "\n",
+    "/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */\n",
+    "SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)\n",
+    "{\n",
+    "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
+    "                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
+    "    const float least = 0.3f;\n",
+    "    int i;\n",
+    "    crowd->count = 0;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);\n",
+    "        if (i >= known || weight <= 0.0f) continue;\n",
+    "        if (springls__join(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
+    "        if (radius < least) return; /* they lie on each other: these will do */\n",
+    "        radius *= 0.8f;             /* too many: begin again */\n",
+    "        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
+    "                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
+    "        crowd->count = 0;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* One side's surface about x; springl `self` is not asked. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,\n",
+    "                                                     int self)\n",
+    "{\n",
+    "    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);\n",
+    "    springls__fit_result result;\n",
+    "    int i;\n",
+    "    for (i = 0; i < crowd->count; i++)\n",
+    "        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)\n",
+    "            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);\n",
+    "    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);\n",
+    "    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);\n",
+    "    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f\n",
+    "        || springls__dot(result.normal, sides.normal[side]) < 0.7f)\n",
+    "        result.ok = 0;\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal\n",
+    "   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.\n",
+    "   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,\n",
+    "                                                   springls__v3 a0, int self, int ways, int at_least)\n",
+    "{\n",
+    "    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */\n",
+    "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
+    "    float least = FLT_MAX;\n",
+    "    int side, best = -1, good = 0;\n",
+    "    for (side = 0; side < sides.count; side++) {\n",
+    "        float off;\n",
+    "        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);\n",
+    "        if (!fit[side].ok) continue;\n",
+    "        good++;\n",
+    "        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));\n",
+    "        if (off >= least) continue;\n",
+    "        least = off;\n",
+    "        best = side;\n",
+    "    }\n",
+    "    result.ok = good >= at_least;\n",
+    "    result.point = x;\n",
+    "    result.normal = n;\n",
+    "    result.a = a0;\n",
+    "    if (!result.ok) return result;\n",
+    "    result = fit[best];\n",
+    "    for (side = 0; side < sides.count; side++) {\n",
+    "        int convex;\n",
+    "        float beyond;\n",
+    "        if (side == best || !fit[side].ok) continue;\n",
+    "        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);\n",
+    "        if (!(ways & (convex ? 1 : 2))) result.ok = 0;\n",
+    "        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);\n",
+    "        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);\n",
+    "    }\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
+    "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,\n",
+    "                                          springls__fit_result *result)\n",
+    "{\n",
+    "    springls__crowd crowd;\n",
+    "    springls__sides sides;\n",
+    "    int i, edges = 0;\n",
+    "    if (model->set.at_edges == 0) return false;\n",
+    "    springls__gather_crowd(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);\n",
+    "    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];\n",
+    "    if (edges == 0) return false;\n",
+    "    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);\n",
+    "    if (sides.count < 2) return false;\n",
+    "    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);\n",
+    "    return result->ok != 0;\n",
+    "}\n",
+    "\n",
+    "/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */\n",
+    "SPRINGLS__MATHS springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)\n",
+    "{\n",
+    "    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;\n",
+    "    springls__v3 p[SPRINGLS__SIDES];\n",
+    "    float height[SPRINGLS__SIDES];\n",
+    "    springls__say all;\n",
+    "    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;\n",
+    "    all.weight = all.distance = 0.0f;\n",
+    "    if (sides.count == 0) return all;\n",
+    "    known.count = 0;\n",
+    "    for (side = 0; side < sides.count; side++) {\n",
+    "        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "        float weight = 0.0f, value = 0.0f;\n",
+    "        for (i = 0; i < crowd->count; i++) {\n",
+    "            springls__say say;\n",
+    "            if (springls__side_of(sides, crowd->n[i]) != side) continue;\n",
+    "            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);\n",
+    "            weight += say.weight;\n",
+    "            value += say.weight * say.distance;\n",
+    "            middle = springls__mad(middle, crowd->p[i], say.weight);\n",
+    "        }\n",
+    "        if (weight < 1e-3f) continue;\n",
+    "        p[known.count] = springls__scale(middle, 1.0f / weight);\n",
+    "        height[known.count] = value / weight;\n",
+    "        known.normal[known.count++] = sides.normal[side];\n",
+    "        all.weight += weight;\n",
+    "    }\n",
+    "    if (known.count == 0) return all;\n",
+    "    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);\n",
+    "    if (known.count > 2) {\n",
+    "        convex[1] = springls__is_convex(p[0], known.normal[0], p[2], known.normal[2]);\n",
+    "        convex[2] = springls__is_convex(p[1], known.normal[1], p[2], known.normal[2]);\n",
+    "    }\n",
+    "    all.distance = springls__height_over_sides(height, known.count, convex);\n",
+    "    return all;\n",
+    "}\n",
+    "\n",
+    "/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge\n",
+    "   before in SCRATCH7 ---- */\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];\n",
+    "}\n",
+    "\n",
+    "/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those\n",
+    "   beside the ones known. */\n",
+    "SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */\n",
+    "    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];\n",
+    "    springls__v3 p = model->set.s[i].p;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
+    "    bool suspect = false;\n",
+    "    int other;\n",
+    "    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        float along = springls__dot(normal[i], normal[other]);\n",
+    "        if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)\n",
+    "            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;\n",
+    "    }\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */\n",
+    "    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */\n",
+    "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__crowd crowd;\n",
+    "    springls__fit_result fit;\n",
+    "    springls__sides sides;\n",
+    "    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */\n",
+    "    int k;\n",
+    "    (void)job;\n",
+    "    model->set.edge[i] = 0;\n",
+    "    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;\n",
+    "    springls__gather_crowd(model, s.p, radius, model->set.count, &crowd);\n",
+    "    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);\n",
+    "    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);\n",
+    "    if (sides.count < 2) return;\n",
+    "    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);\n",
+    "    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;\n",
+    "    model->set.edge[i] = 1;\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];\n",
+    "    int m;\n",
+    "    (void)job;\n",
+    "    if (!model->set.edge[i] || model->set.mask[i]) return;\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
+    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 3141 \"springls.h\"\n",
+    "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
+    "\n",
+    "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)\n",
+    "{\n",
+    "    return springls__mad(a, gradient, -step * phi);\n",
+    "}\n",
+    "\n",
+    "/* eq. 26. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)\n",
+    "{\n",
+    "    const springls__grid *g = &model->reference;\n",
+    "    int i;\n",
+    "    for (i = 0; i < model->params.track_iterations; i++)\n",
+    "        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */\n",
+    "SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)\n",
+    "{\n",
+    "    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));\n",
+    "    float d2 = springls__tri_distance2(plan, s.p);\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s.q[m]));\n",
+    "    return d2;\n",
+    "}\n",
+    "\n",
+    "/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when\n",
+    "   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)\n",
+    "{\n",
+    "    springls__v3 n = springls__springl_normal(s);\n",
+    "    float radius = model->params.neighbor_radius;\n",
+    "    int attempt;\n",
+    "    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {\n",
+    "        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.reach);\n",
+    "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;\n",
+    "        float best = FLT_MAX;\n",
+    "        int other, count = 0;\n",
+    "        while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "            float d2;\n",
+    "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */\n",
+    "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
+    "            if (d2 > radius * radius) continue;\n",
+    "            sum = springls__add(sum, model->set.a[other]);\n",
+    "            count++;\n",
+    "            if (d2 < best) {\n",
+    "                best = d2;\n",
+    "                nearest = model->set.a[other];\n",
+    "            }\n",
+    "        }\n",
+    "        if (count == 0) continue;\n",
+    "        sum = springls__scale(sum, 1.0f / (float)count);\n",
+    "        return springls__length(springls__sub(sum, nearest)) > model->params.nearest_rule ? nearest : sum;\n",
+    "    }\n",
+    "    return s.p;\n",
+    "}\n",
+    "\n",
+    "/* The quadratic fit at x over the particles around, springls before `known` only. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)\n",
+    "{\n",
+    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    springls__fit_result result;\n",
+    "    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
+    "    int other, before;\n",
+    "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
+    "        springls__v3 a = model->set.a[other];\n",
+    "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        before = fit.count;\n",
+    "        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);\n",
+    "        if (fit.count == before) continue;\n",
+    "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
+    "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
+    "    }\n",
+    "    result = springls__fit_end(fit);\n",
+    "    if (!result.ok) return result;\n",
+    "    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */\n",
+    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
+    "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
+    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
+    "}\n",
+    "#line 3236 \"springls.h\"\n",
+    "/* resample.h - splitting at the longest edge (section 4.6). */\n",
+    "\n",
+    "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
+    "SPRINGLS__MATHS int springls__longest_edge(springls__tri t)\n",
+    "{\n",
+    "    float ab = springls__length2(springls__sub(t.b, t.a)), bc = springls__length2(springls__sub(t.c, t.b));\n",
+    "    float ca = springls__length2(springls__sub(t.a, t.c));\n",
+    "    if (ab >= bc && ab >= ca) return 0;\n",
+    "    return bc >= ca ? 1 : 2;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS float springls__longest_edge2(springls__tri t)\n",
+    "{\n",
+    "    return springls__max(springls__length2(springls__sub(t.b, t.a)),\n",
+    "                         springls__max(springls__length2(springls__sub(t.c, t.b)), springls__length2(springls__sub(t.a, t.c))));\n",
+    "}\n",
+    "\n",
+    "/* Half of a triangle cut from the middle of its longest edge to the opposite vertex; both halves keep the orientation. */\n",
+    "SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)\n",
+    "{\n",
+    "    int edge = springls__longest_edge(t);\n",
+    "    springls__tri turned = t, part;\n",
+    "    springls__v3 middle;\n",
+    "    if (edge == 1) { turned.a = t.b; turned.b = t.c; turned.c = t.a; }\n",
+    "    if (edge == 2) { turned.a = t.c; turned.b = t.a; turned.c = t.b; }\n",
+    "    middle = springls__lerp(turned.a, turned.b, 0.5f);\n",
+    "    part.a = second ? middle : turned.a;\n",
+    "    part.b = second ? turned.b : middle;\n",
+    "    part.c = turned.c;\n",
+    "    return part;\n",
+    "}\n",
+    "\n",
+    "/* A springl that has been split in two; and where the halves have to go. */\n",
+    "typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;\n",
+    "\n",
+    "/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and\n",
+    "   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */\n",
+    "SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)\n",
+    "{\n",
+    "    springls__half child;\n",
+    "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
+    "    springls__fit_result fit;\n",
+    "    int m;\n",
+    "    child.s = model->set.s[i];\n",
+    "    child.s.q[0] = t.a;\n",
+    "    child.s.q[1] = t.b;\n",
+    "    child.s.q[2] = t.c;\n",
+    "    child.s.p = springls__tri_centroid(t);\n",
+    "    child.a = model->set.a[i];\n",
+    "    child.pad = 0.0f;\n",
+    "    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {\n",
+    "        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
+    "        if (fit.ok) {\n",
+    "            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
+    "            child.s.p = fit.point;\n",
+    "            child.a = springls__project_on_original(model, fit.a);\n",
+    "        }\n",
+    "    }\n",
+    "    child.s = springls__springl_finished(child.s);\n",
+    "    return child;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)\n",
+    "{\n",
+    "    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge\n",
+    "        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */\n",
+    "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
+    "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
+    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
+    "    halves[2u * at] = springls__child_of(model, i, 0);\n",
+    "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
+    "}\n",
+    "\n",
+    "/* The first half takes the parent's place, the second goes behind all that were there. */\n",
+    "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
+    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);\n",
+    "    springls__half first, second;\n",
+    "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
+    "    first = halves[2u * at];\n",
+    "    second = halves[2u * at + 1u];\n",
+    "    model->set.generation[i]++;\n",
+    "    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
+    "    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);\n",
+    "    model->set.s[i] = first.s;\n",
+    "    model->set.a[i] = first.a;\n",
+    "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
+    "}\n",
+    "#line 3340 \"springls.h\"\n",
+    "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
+    "\n",
+    "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
+    "   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
+    "SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)\n",
+    "{\n",
+    "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
+    "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
+    "}\n",
+    "#line 3351 \"springls.h\"\n",
+    "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
+    "\n",
+    "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
+    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
+    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
+    "{\n",
+    "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
+    "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
+    "    float xy = 0.25f * (b[17] + b[9] - b[11] - b[15]);\n",
+    "    float xz = 0.25f * (b[23] + b[3] - b[5] - b[21]);\n",
+    "    float yz = 0.25f * (b[25] + b[1] - b[7] - b[19]);\n",
+    "    float g2 = x * x + y * y + z * z;\n",
+    "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
+    "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
+    "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
+    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
+    "   smooth at the surface where omega has a kink. */\n",
+    "SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "{\n",
+    "    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
+    "    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
+    "    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
+    "    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)\n",
+    "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
+    "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
+    "}\n",
+    "\n",
+    "/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
+    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out);\n",
+    "\n",
+    "/* phi_next from phi and omega. */\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
+    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];\n",
+    "    int x, y, z, d;\n",
+    "    (void)job;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], phi);\n",
+    "    springls__load_tile(g, g->omega, g->active[i], omega);\n",
+    "    for (z = 0; z < 8; z++)\n",
+    "        for (y = 0; y < 8; y++) {\n",
+    "            int at = springls__tile_index(0, y, z);\n",
+    "            springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);\n",
+    "        }\n",
+    "    if (lambda == 0.0f) return;\n",
+    "    for (z = 0; z < 8; z++)\n",
+    "        for (y = 0; y < 8; y++)\n",
+    "            for (x = 0; x < 8; x++) {\n",
+    "                if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;\n",
+    "                for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];\n",
+    "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
+    "            }\n",
+    "}\n",
+    "#line 3411 \"springls.h\"\n",
+    "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
+    "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
+    "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
+    "   never matters: whether a voxel is simple does not depend on the side it is on. */\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_bit(int dx, int dy, int dz) { return 1u << (dx + 3 * dy + 9 * dz + 13); }\n",
+    "\n",
+    "/* The masks spread by one voxel along +-x, +-y or +-z; what leaves the block is lost. */\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_x(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x36db6dbu) << 1 | (m & 0x6db6db6u) >> 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_y(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x0fc7e3fu) << 3 | (m & 0x7e3f1f8u) >> 3;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)\n",
+    "{\n",
+    "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
+    "}\n",
+    "\n",
+    "/* Is the centre next to exactly one part of the inside? Parts are 6-connected through the 18 neighbours that share a face or\n",
+    "   an edge with the centre; only parts with one of the 6 face neighbours count (topological number T6 = 1). */\n",
+    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int faces = mask27 & 0x0415410u;\n",
+    "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
+    "    unsigned int part = faces & (~faces + 1u), before = 0u;\n",
+    "    while (part != before) {\n",
+    "        before = part;\n",
+    "        part = (springls__mask27_spread_x(part) | springls__mask27_spread_y(part) | springls__mask27_spread_z(part)) & near18;\n",
+    "    }\n",
+    "    return faces != 0u && (faces & ~part) == 0u;\n",
+    "}\n",
+    "\n",
+    "/* Is the centre next to exactly one part of the outside, 26-connected through its 26 neighbours (T26 = 1)? */\n",
+    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
+    "{\n",
+    "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
+    "    unsigned int part = outside & (~outside + 1u), before = 0u;\n",
+    "    while (part != before) {\n",
+    "        before = part;\n",
+    "        part = springls__mask27_spread_z(springls__mask27_spread_y(springls__mask27_spread_x(part))) & outside;\n",
+    "    }\n",
+    "    return outside != 0u && part == outside;\n",
+    "}\n",
+    "\n",
+    "/* May the centre change sides? 1 when neither parts, holes nor cavities of the object would appear, join or vanish. */\n",
+    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
+    "{\n",
+    "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
+    "{\n",
+    "    unsigned mask = 0;\n",
+    "    int d;\n",
+    "    for (d = 0; d < 27; d++)\n",
+    "        if (springls__grid_phi(g, phi, x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1) < 0.0f) mask |= 1u << d;\n",
+    "    return mask;\n",
+    "}\n",
+    "\n",
+    "/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides\n",
+    "   live in phi, which receives what is granted of what phi_next asks for. */\n",
+    "SPRINGLS__MATHS void springls__colour_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int colour = job.i[0], x, y, z, o[3];\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (z = colour >> 2; z < 8; z += 2)\n",
+    "        for (y = colour >> 1 & 1; y < 8; y += 2)\n",
+    "            for (x = colour & 1; x < 8; x += 2) {\n",
+    "                int v = x + 8 * y + 64 * z;\n",
+    "                if ((phi[v] < 0.0f) == (next[v] < 0.0f) || !springls__grid_contains(g, o[0] + x, o[1] + y, o[2] + z)) continue;\n",
+    "                if (springls__is_simple(springls__inside_mask(g, g->phi, o[0] + x, o[1] + y, o[2] + z))) phi[v] = next[v];\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "/* What was not granted is taken out of phi_next. */\n",
+    "SPRINGLS__MATHS void springls__hold_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float held = 0.25f; /* a voxel that may not change stays next to the interface */\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *next = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int x;\n",
+    "    (void)job;\n",
+    "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
+    "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
+    "}\n",
+    "#line 3507 \"springls.h\"\n",
+    "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
+    "\n",
+    "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
+    "SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)\n",
+    "{\n",
+    "    float lo = springls__least(v), hi = springls__most(v);\n",
+    "    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
+    "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
+    "SPRINGLS__MATHS float springls__slope2(float m, float c, float p)\n",
+    "{\n",
+    "    float central = 0.5f * (p - m), left = c - m, right = p - c;\n",
+    "    float steep = springls__max(springls__fabs(left), springls__fabs(right));\n",
+    "    float flat = springls__fabs(central);\n",
+    "    float slope = flat < 0.65f * steep ? steep : flat;\n",
+    "    return slope * slope;\n",
+    "}\n",
+    "\n",
+    "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
+    "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
+    "SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)\n",
+    "{\n",
+    "    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
+    "    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;\n",
+    "    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
+    "    return v.c / (1.0f + share * excess);\n",
+    "}\n",
+    "\n",
+    "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
+    "   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26\n",
+    "   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */\n",
+    "#define SPRINGLS__NEAR 0.577f\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }\n",
+    "\n",
+    "/* First guess for a voxel that gets its distance from its neighbours: it is not near. */\n",
+    "SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)\n",
+    "{\n",
+    "    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);\n",
+    "    return phi < 0.0f ? -d : d;\n",
+    "}\n",
+    "\n",
+    "/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
+    "SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)\n",
+    "{\n",
+    "    float a = springls__min(x, springls__min(y, z)), c = springls__max(x, springls__max(y, z));\n",
+    "    float b = springls__max(springls__min(x, y), springls__min(springls__max(x, y), z));\n",
+    "    float one = a + 1.0f;\n",
+    "    float two = 0.5f * (a + b + springls__sqrt(springls__max(2.0f - (a - b) * (a - b), 0.0f)));\n",
+    "    float sum = a + b + c;\n",
+    "    float three = (sum + springls__sqrt(springls__max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), 0.0f))) * (1.0f / 3.0f);\n",
+    "    float d = one > b ? two : one;\n",
+    "    return d > c ? three : d;\n",
+    "}\n",
+    "\n",
+    "/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26\n",
+    "   neighbours on the other side (touches): near springls alone are no surface. */\n",
+    "SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)\n",
+    "{\n",
+    "    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
+    "                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
+    "                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
+    "    d = springls__min(d, far_value);\n",
+    "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
+    "    return v.c < 0.0f ? -d : d;\n",
+    "}\n",
+    "\n",
+    "/* Rows of eight voxels; phi points into a tile. */\n",
+    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
+    "\n",
+    "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
+    "SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float tile[SPRINGLS__TILE_VOXELS];\n",
+    "    int y, z;\n",
+    "    (void)job;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
+    "    for (z = 0; z < 8; z++)\n",
+    "        for (y = 0; y < 8; y++) springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);\n",
+    "}\n",
+    "\n",
+    "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
+    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float tile[SPRINGLS__TILE_VOXELS];\n",
+    "    int y, z;\n",
+    "    (void)job;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
+    "    for (z = 0; z < 8; z++)\n",
+    "        for (y = 0; y < 8; y++) springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);\n",
+    "}\n",
+    "\n",
+    "/* Which of the 27 bricks around (and including) a brick the band reaches. */\n",
+    "SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
+    "{\n",
+    "    uint32_t reach = 0;\n",
+    "    int x, y, z;\n",
+    "    for (z = 0; z < 8; z++)\n",
+    "        for (y = 0; y < 8; y++) {\n",
+    "            uint32_t row = 0;\n",
+    "            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;\n",
+    "            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
+    "        }\n",
+    "    return reach;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH0, one a brick. */\n",
+    "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
+    "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
+    "}\n",
+    "#line 3629 \"springls.h\"\n",
+    "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
+    "\n",
+    "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
+    "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;\n",
+    "    int in_cells = model->set.count - model->cells.large_count;\n",
+    "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];\n",
+    "    springls__springl s = model->set.s[n];\n",
+    "    (void)job;\n",
+    "    o->p = s.p;\n",
+    "    o->n = springls__springl_normal(s);\n",
+    "    o->moved = springls__sub(s.p, model->set.was[n]);\n",
+    "    o->edge = springls__at_edge(model, (int)n);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];\n",
+    "}\n",
+    "\n",
+    "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
+    "#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */\n",
+    "\n",
+    "typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)\n",
+    "{\n",
+    "    if (first == end) return;\n",
+    "    near_by->first[near_by->count] = first;\n",
+    "    near_by->end[near_by->count++] = end;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model *model, const int origin[3])\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    springls__near_ranges near_by;\n",
+    "    int x, y, z;\n",
+    "    near_by.count = 0;\n",
+    "    for (z = -SPRINGLS__CELL; z < 8 + SPRINGLS__CELL; z += SPRINGLS__CELL)\n",
+    "        for (y = -SPRINGLS__CELL; y < 8 + SPRINGLS__CELL; y += SPRINGLS__CELL)\n",
+    "            for (x = -8; x <= 8; x += 8) {\n",
+    "                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;\n",
+    "                SPRINGLS__GLOBAL const uint32_t *cell;\n",
+    "                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;\n",
+    "                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;\n",
+    "                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);\n",
+    "                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);\n",
+    "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);\n",
+    "            }\n",
+    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);\n",
+    "    return near_by;\n",
+    "}\n",
+    "\n",
+    "/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */\n",
+    "#define SPRINGLS__SUM_OFFSET 0\n",
+    "#define SPRINGLS__SUM_NORMAL 3\n",
+    "#define SPRINGLS__SUM_MOVED 6\n",
+    "#define SPRINGLS__SUM_WEIGHT 9\n",
+    "#define SPRINGLS__SUM_HEIGHT 10\n",
+    "#define SPRINGLS__SUMS 11\n",
+    "\n",
+    "typedef struct springls__brick_sums {\n",
+    "    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */\n",
+    "    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */\n",
+    "    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];\n",
+    "} springls__brick_sums;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_load(const springls__brick_sums *sums, int i)\n",
+    "{\n",
+    "    springls__moments m;\n",
+    "    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);\n",
+    "    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);\n",
+    "    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);\n",
+    "    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];\n",
+    "    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];\n",
+    "    return m;\n",
+    "}\n",
+    "\n",
+    "/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);\n",
+    "\n",
+    "/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
+    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out);\n",
+    "\n",
+    "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
+    "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
+    "\n",
+    "/* The first and the last of them that it comes near. */\n",
+    "SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }\n",
+    "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
+    "\n",
+    "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
+    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], bool nearest, springls__brick_sums *sums)\n",
+    "{\n",
+    "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
+    "    int y0, y1, z0, z1, y, z;\n",
+    "    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;\n",
+    "    y0 = springls__first_near(p.y);\n",
+    "    y1 = springls__last_near(p.y);\n",
+    "    z0 = springls__first_near(p.z);\n",
+    "    z1 = springls__last_near(p.z);\n",
+    "    offset.x = -p.x;\n",
+    "    for (z = z0; z <= z1; z++) {\n",
+    "        offset.z = (float)z - p.z;\n",
+    "        for (y = y0; y <= y1; y++) {\n",
+    "            offset.y = (float)y - p.y;\n",
+    "            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
+    "            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);\n",
+    "            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
+    "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
+    "                                            springls__brick_sums *sums)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    int r, k, v;\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    for (k = 0; k < 3; k++)\n",
+    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->facing[k][v] = 0.0f;\n",
+    "    for (k = 0; k < SPRINGLS__SUMS; k++)\n",
+    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->sum[k][v] = 0.0f;\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, true, sums);\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, false, sums);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    int r, k;\n",
+    "    if (!model->params.keep_edges || model->set.at_edges == 0) return false;\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            if (oriented[k].edge) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */\n",
+    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)\n",
+    "{\n",
+    "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    springls__crowd crowd;\n",
+    "    springls__say say;\n",
+    "    int r, k, edges = 0;\n",
+    "    crowd.count = 0;\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
+    "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
+    "            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;\n",
+    "            if (weight <= 0.0f) continue;\n",
+    "            edges += s->edge;\n",
+    "            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);\n",
+    "        }\n",
+    "    if (edges == 0) return false;\n",
+    "    say = springls__edge_distance(&crowd, x);\n",
+    "    if (say.weight <= 0.0f) return false;\n",
+    "    *phi = springls__edge_phi(*phi, say.distance);\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */\n",
+    "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    int r, k;\n",
+    "    for (r = 0; r < near_by->count; r++)\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
+    "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
+    "            springls__v3 d = springls__sub(x, s->p);\n",
+    "            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
+    "            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;\n",
+    "        }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet\n",
+    "   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a\n",
+    "   thread may break. */\n",
+    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,\n",
+    "                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,\n",
+    "                                           float phi)\n",
+    "{\n",
+    "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
+    "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
+    "    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));\n",
+    "    springls__projection f;\n",
+    "    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
+    "    if (!model->params.project_level_set) return phi;\n",
+    "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
+    "    f = springls__moments_distance(sum);\n",
+    "    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
+    "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
+    "        return f.distance;\n",
+    "    return springls__corrected_phi(phi, f);\n",
+    "}\n",
+    "\n",
+    "/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */\n",
+    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    bool carry = job.i[0] != 0, some, at_edge;\n",
+    "    uint8_t in_doubt = 0;\n",
+    "    springls__brick_sums sums;\n",
+    "    springls__wide_tile tile;\n",
+    "    springls__near_ranges near_by;\n",
+    "    int v, o[3];\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    near_by = springls__near_brick(model, o);\n",
+    "    some = near_by.count > 0;\n",
+    "    at_edge = some && springls__near_edge(model, &near_by);\n",
+    "    if (some) springls__brick_sums_take(model, &near_by, o, &sums);\n",
+    "    if (some && carry) springls__load_wide_tile(g, g->phi, o, &tile);\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {\n",
+    "        out[v] = phi[v];\n",
+    "        if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {\n",
+    "            out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(&sums, v), carry, at_edge, phi[v]);\n",
+    "        } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
+    "            out[v] = springls__doubtful(phi[v], g->far_value);\n",
+    "            in_doubt = 1;\n",
+    "        }\n",
+    "    }\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = in_doubt;\n",
+    "}\n",
+    "\n",
+    "/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */\n",
+    "SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float tile[SPRINGLS__TILE_VOXELS];\n",
+    "    int y, z, v;\n",
+    "    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i]) {\n",
+    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = from[v];\n",
+    "        return;\n",
+    "    }\n",
+    "    springls__load_tile(g, g->phi_next, g->active[i], tile);\n",
+    "    for (z = 0; z < 8; z++)\n",
+    "        for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job.f[0], out + 8 * y + 64 * z);\n",
+    "    if (!job.i[0]) return;\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);\n",
+    "}\n",
+    "\n",
+    "/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float tile[SPRINGLS__TILE_VOXELS];\n",
+    "    int x, y, z, o[3];\n",
+    "    (void)job;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
+    "    for (z = 0; z < 8; z++)\n",
+    "        for (y = 0; y < 8; y++) {\n",
+    "            const float *phi = tile + springls__tile_index(0, y, z);\n",
+    "            SPRINGLS__GLOBAL float *row = out + 8 * y + 64 * z;\n",
+    "            if (!springls__specks_row(phi, row) || !model->params.nucleate) continue;\n",
+    "            for (x = 0; x < 8; x++) {\n",
+    "                springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));\n",
+    "                int n = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;\n",
+    "                if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) row[x] = phi[x];\n",
+    "            }\n",
+    "        }\n",
+    "}\n",
+    "#line 3906 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -11489,101 +13634,477 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),\n",
     "                             (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));\n",
     "}\n",
-    "#line 2238 \"springls.h\"\n",
-    "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
-    "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
-    "SPRINGLS__MATHS float springls__atan2(float y, float x)\n",
+    "/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the\n",
+    "   closing surface half a voxel outside is met too. */\n",
+    "typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)\n",
     "{\n",
-    "    float ax = springls__fabs(x), ay = springls__fabs(y);\n",
-    "    float hi = springls__max(ax, ay), lo = springls__min(ax, ay);\n",
-    "    float r = hi > 0.0f ? lo / hi : 0.0f;\n",
-    "    float s = r * r;\n",
-    "    float a = r * (1.0f + s * (-0.33333037f + s * (0.19991872f + s * (-0.14197798f + s * (0.10618371f\n",
-    "                 + s * (-0.07456855f + s * (0.04213762f + s * (-0.01573125f + s * 0.00276628f))))))));\n",
-    "    if (ay > ax) a = 1.57079633f - a;\n",
-    "    if (x < 0.0f) a = 3.14159265f - a;\n",
-    "    return y < 0.0f ? -a : a;\n",
-    "}\n",
-    "\n",
-    "/* The solid angle under which t is seen from x, positive when its normal points away from x. */\n",
-    "SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)\n",
-    "{\n",
-    "    springls__v3 a = springls__sub(t.a, x), b = springls__sub(t.b, x), c = springls__sub(t.c, x);\n",
-    "    float la = springls__length(a), lb = springls__length(b), lc = springls__length(c);\n",
-    "    float volume = springls__dot(a, springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a)));\n",
-    "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
-    "    return 2.0f * springls__atan2(volume, angle);\n",
-    "}\n",
-    "#line 2265 \"springls.h\"\n",
-    "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
-    "   two of them opens, springls are missing or the surface ends. */\n",
-    "\n",
-    "#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
-    "\n",
-    "typedef struct springls__fan {\n",
-    "    springls__v3 e1, e2;             /* the tangent frame */\n",
-    "    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */\n",
-    "    int count;\n",
-    "} springls__fan;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)\n",
-    "{\n",
-    "    springls__fan fan;\n",
-    "    fan.e1 = springls__any_tangent(n);\n",
-    "    fan.e2 = springls__cross(n, fan.e1);\n",
-    "    fan.count = 0;\n",
-    "    return fan;\n",
-    "}\n",
-    "\n",
-    "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)\n",
-    "{\n",
-    "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
-    "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;\n",
-    "    angle = springls__atan2(v, u);\n",
-    "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
-    "    fan.angle[i] = angle;\n",
-    "    fan.count++;\n",
-    "    return fan;\n",
-    "}\n",
-    "\n",
-    "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
-    "typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)\n",
-    "{\n",
-    "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
-    "    springls__opening opening;\n",
-    "    float from, middle;\n",
-    "    int i;\n",
-    "    opening.angle = turn;\n",
-    "    opening.second = 0.0f;\n",
-    "    opening.middle = fan.e1;\n",
-    "    if (fan.count == 0) return opening;\n",
-    "    from = fan.angle[fan.count - 1];\n",
-    "    opening.angle = fan.angle[0] + turn - from; /* across the cut at pi */\n",
-    "    for (i = 1; i < fan.count; i++) {\n",
-    "        float angle = fan.angle[i] - fan.angle[i - 1];\n",
-    "        opening.second = springls__max(opening.second, springls__min(angle, opening.angle));\n",
-    "        if (angle <= opening.angle) continue;\n",
-    "        opening.angle = angle;\n",
-    "        from = fan.angle[i - 1];\n",
+    "    springls__cube_range range;\n",
+    "    int axis;\n",
+    "    springls__slot_origin(g, slot, range.origin);\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;\n",
+    "        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);\n",
     "    }\n",
-    "    middle = (from + 0.5f * opening.angle) * over_pi;\n",
-    "    opening.middle = springls__add(springls__scale(fan.e1, springls__cospi(middle)), springls__scale(fan.e2, springls__sinpi(middle)));\n",
-    "    return opening;\n",
+    "    return range;\n",
     "}\n",
     "\n",
-    "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
-    "   two sides open, its end and a drop nearly all. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)\n",
+    "SPRINGLS__MATHS springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)\n",
     "{\n",
-    "    const float degree = 0.0174532925f;\n",
-    "    springls__opening opening = springls__fan_opening(fan);\n",
-    "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
+    "    springls__mc_cell cell;\n",
+    "    int c;\n",
+    "    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];\n",
+    "    return cell;\n",
     "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)\n",
+    "{\n",
+    "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)\n",
+    "{\n",
+    "    springls__tri t;\n",
+    "    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));\n",
+    "    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));\n",
+    "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
+    "    return t;\n",
+    "}\n",
+    "#line 4085 \"springls.h\"\n",
+    "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
+    "\n",
+    "/* A springl to be. */\n",
+    "typedef struct springls__seed { springls__v3 p, n, toward, a; int ok, pad[3]; } springls__seed;\n",
+    "\n",
+    "/* Two springls of one side nearer than this would be one too many. Beyond merge_distance, or contract would take it again. */\n",
+    "#define SPRINGLS__SEED_DISTANCE 0.7f\n",
+    "#define SPRINGLS__SEED_REACH 1.85f /* no seed is further from its springl: .85 aside, and a fit moves it by 1 at most */\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__too_close(springls__v3 p, springls__v3 n, springls__v3 p_other, springls__v3 n_other)\n",
+    "{\n",
+    "    const float r = SPRINGLS__SEED_DISTANCE;\n",
+    "    return springls__length2(springls__sub(p, p_other)) < r * r && springls__dot(n, n_other) > 0.3f;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__has_room(const springls__model *model, springls__v3 x, springls__v3 n)\n",
+    "{\n",
+    "    const float r = SPRINGLS__SEED_DISTANCE;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
+    "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
+    "        if (springls__too_close(x, n, o->p, springls__springl_normal(*o))) return false;\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* How far, in the mean square, the springls around are from having p, facing n, on the surface that each of them spans. */\n",
+    "SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, springls__v3 p, springls__v3 n)\n",
+    "{\n",
+    "    const float r = SPRINGLS__PROJECT_RADIUS;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, p, r);\n",
+    "    float weight = 0.0f, value = 0.0f;\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
+    "        springls__say say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        weight += say.weight;\n",
+    "        value += say.weight * say.distance * say.distance;\n",
+    "    }\n",
+    "    return weight > 0.0f ? value / weight : FLT_MAX;\n",
+    "}\n",
+    "\n",
+    "/* What springl i misses beside it: a springl in the middle of the widest opening between its neighbours, on the surface\n",
+    "   that those around the place span. It must be enclosed: beyond the rim of the springls that surface is a guess. */\n",
+    "SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *model, int i)\n",
+    "{\n",
+    "    const float degree = 0.0174532925f, widest = 110.0f * degree, enclosed = 165.0f * degree;\n",
+    "    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;\n",
+    "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "    springls__v3 n = springls__springl_normal(*s), x;\n",
+    "    springls__opening opening = springls__opening_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__fit_result fit;\n",
+    "    springls__seed seed;\n",
+    "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    seed.ok = 0;\n",
+    "    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */\n",
+    "    x = springls__mad(s->p, opening.middle, away);\n",
+    "    if (!springls__has_room(model, x, n)) return seed;\n",
+    "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
+    "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
+    "    if (springls__opening_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;\n",
+    "    seed.p = fit.point;\n",
+    "    seed.n = fit.normal;\n",
+    "    seed.toward = springls__sub(s->p, fit.point);\n",
+    "    seed.a = springls__project_on_original(model, fit.a);\n",
+    "    seed.ok = 1;\n",
+    "    return seed;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH1, and its fate to SCRATCH2. */\n",
+    "SPRINGLS__MATHS void springls__seed_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__seed seed = springls__seed_beside(model, i);\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL springls__seed *)model->scratch[1])[i] = seed;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = seed.ok ? SPRINGLS__UNDECIDED : SPRINGLS__REMOVE;\n",
+    "}\n",
+    "\n",
+    "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
+    "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
+    "SPRINGLS__MATHS uint8_t springls__seed_fate(const springls__model *model, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];\n",
+    "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];\n",
+    "    springls__seed seed = seeds[i];\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_REACH + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
+    "    uint8_t decided = SPRINGLS__KEEP;\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        if (other >= i || fate[other] == SPRINGLS__REMOVE || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
+    "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
+    "        decided = SPRINGLS__UNDECIDED;\n",
+    "    }\n",
+    "    return decided;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_fate(model, i) : now;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
+    "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "/* The first job.i[0] accepted seeds become springls. */\n",
+    "SPRINGLS__MATHS void springls__plant_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
+    "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
+    "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
+    "    springls__springl s;\n",
+    "    springls__tri t;\n",
+    "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
+    "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
+    "    s.q[0] = t.a;\n",
+    "    s.q[1] = t.b;\n",
+    "    s.q[2] = t.c;\n",
+    "    s.p = seed.p;\n",
+    "    springls__springl_add(model, model->set.count + (int)at, s, seed.a, model->set.generation[i] + 1u, 0);\n",
+    "}\n",
+    "#line 4216 \"springls.h\"\n",
+    "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
+    "\n",
+    "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
+    "   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */\n",
+    "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)\n",
+    "{\n",
+    "    const float r = springls__max(on_sheets, covered);\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);\n",
+    "    float nearest2 = FLT_MAX;\n",
+    "    bool sheet = false;\n",
+    "    int i;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        float reach = r + s->reach;\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
+    "        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));\n",
+    "        if (nearest2 <= covered * covered) return false;\n",
+    "        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;\n",
+    "    }\n",
+    "    return sheet ? nearest2 > r * r : nearest2 > covered * covered;\n",
+    "}\n",
+    "\n",
+    "#define SPRINGLS__CUBES 729 /* a brick */\n",
+    "\n",
+    "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
+    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
+    "    float tile[SPRINGLS__TILE_VOXELS];\n",
+    "    uint32_t count = 0u;\n",
+    "    int x, y, z, k;\n",
+    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);\n",
+    "    for (k = 0; k < SPRINGLS__CUBES; k++) exposed[k] = 0;\n",
+    "    for (z = range.lo[2]; z <= range.hi[2]; z++)\n",
+    "        for (y = range.lo[1]; y <= range.hi[1]; y++)\n",
+    "            for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
+    "                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
+    "                int mask = springls__mc_case(cell);\n",
+    "                for (k = 0; k < springls__mc_count(mask); k++) {\n",
+    "                    springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
+    "                    if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;\n",
+    "                    exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);\n",
+    "                    count++;\n",
+    "                }\n",
+    "            }\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = count;\n",
+    "}\n",
+    "\n",
+    "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
+    "SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;\n",
+    "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
+    "    float tile[SPRINGLS__TILE_VOXELS];\n",
+    "    bool loaded = false;\n",
+    "    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {\n",
+    "        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;\n",
+    "        springls__mc_cell cell;\n",
+    "        if (!exposed[cube]) continue;\n",
+    "        if (!loaded) springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);\n",
+    "        loaded = true;\n",
+    "        cell = springls__tile_cube(tile, x, y, z);\n",
+    "        for (k = 0; k < 8; k++) {\n",
+    "            springls__springl s;\n",
+    "            springls__tri t;\n",
+    "            if (!(exposed[cube] >> k & 1)) continue;\n",
+    "            if (at == job.i[0]) return;\n",
+    "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
+    "            s.q[0] = t.a;\n",
+    "            s.q[1] = t.b;\n",
+    "            s.q[2] = t.c;\n",
+    "            s.p = springls__tri_centroid(t);\n",
+    "            springls__springl_add(model, model->set.count + at++, s, s.p, 1u, 0);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */\n",
+    "SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int first = job.i[0], n = first + i, m;\n",
+    "    springls__springl s = model->set.s[n];\n",
+    "    springls__v3 a = springls__adopt_correspondence(model, s, first);\n",
+    "    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {\n",
+    "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
+    "        if (fit.ok) {\n",
+    "            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));\n",
+    "            s.p = fit.point;\n",
+    "            a = fit.a;\n",
+    "        }\n",
+    "    }\n",
+    "    model->set.s[n] = s;\n",
+    "    model->set.a[n] = springls__project_on_original(model, a);\n",
+    "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
+    "}\n",
+    "#line 4315 \"springls.h\"\n",
+    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
+    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
+    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "\n",
+    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
+    "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
+    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
+    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
+    "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
+    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \\\n",
+    "    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \\\n",
+    "    X(reshape, 256, SPRINGLS__BIT(S))                                                               \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \\\n",
+    "    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \\\n",
+    "    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \\\n",
+    "    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \\\n",
+    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \\\n",
+    "    X(track, 256, SPRINGLS__BIT(A))                                                                 \\\n",
+    "    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \\\n",
+    "    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \\\n",
+    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \\\n",
+    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \\\n",
+    "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
+    "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
+    "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
+    "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
+    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
+    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
+    "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
+    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
+    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
+    "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
+    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
+    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
+    "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
+    "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
+    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
+    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
+    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "\n",
+    "/* Those whose loop is in lanes_*.h. */\n",
+    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
+    "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
+    "#line 4576 \"springls.h\"\n",
+    "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
+    "\n",
+    "#ifndef SPRINGLS__LANES\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
+    "{\n",
+    "    int e, m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        d2[m] = radius2;\n",
+    "        edge[m] = -1;\n",
+    "        for (e = 0; e < 3; e++) {\n",
+    "            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
+    "            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);\n",
+    "            if (d >= d2[m]) continue;\n",
+    "            d2[m] = d;\n",
+    "            edge[m] = e;\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
+    "        float within = row[i] + reach;\n",
+    "        if (springls__length2(springls__sub(at, center)) >= within * within) continue;\n",
+    "        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
+    "                                     SPRINGLS__GLOBAL const float *omega, float *side)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
+    "        float within = omega[i] + 0.5f + reach;\n",
+    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
+    "        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Is one of the 26 neighbours on the other side? */\n",
+    "SPRINGLS__MATHS bool springls__touches(const float *t)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 27; i++)\n",
+    "        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        float d = springls__interface_distance(v);\n",
+    "        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));\n",
+    "        out[i] = own ? d : springls__distance_guess(v.c, far_value);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        out[i] = springls__without_speck(springls__tile_cross(phi + i));\n",
+    "        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i++) {\n",
+    "        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);\n",
+    "        if (d2 >= sums->nearest2[i]) continue;\n",
+    "        sums->nearest2[i] = d2;\n",
+    "        sums->facing[0][i] = s.n.x;\n",
+    "        sums->facing[1][i] = s.n.y;\n",
+    "        sums->facing[2][i] = s.n.z;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)\n",
+    "{\n",
+    "    const springls__v3 *from[3];\n",
+    "    int k;\n",
+    "    from[0] = &m.offset;\n",
+    "    from[1] = &m.normal;\n",
+    "    from[2] = &m.moved;\n",
+    "    for (k = 0; k < 3; k++) {\n",
+    "        sums->sum[3 * k][i] = from[k]->x;\n",
+    "        sums->sum[3 * k + 1][i] = from[k]->y;\n",
+    "        sums->sum[3 * k + 2][i] = from[k]->z;\n",
+    "    }\n",
+    "    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;\n",
+    "    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i++) {\n",
+    "        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);\n",
+    "        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);\n",
+    "        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 14087 \"springls.h\"\n",
+    "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
+    "\n",
+    "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
+    "#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;\n",
+    "\n",
+    "/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`. */\n",
+    "#define SPRINGLS__ENTRY(kernel_name, grain, writes)                                                                              \\\n",
+    "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
+    "                                         springls__job job, int count)                                                           \\\n",
+    "    {                                                                                                                            \\\n",
+    "        springls__model model;                                                                                                   \\\n",
+    "        int i = (int)get_global_id(0);                                                                                           \\\n",
+    "        if (i >= count) return;                                                                                                  \\\n",
+    "        SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                       \\\n",
+    "        springls__shape_set(&model, shape);                                                                                      \\\n",
+    "        model.params = params;                                                                                                   \\\n",
+    "        springls__##kernel_name##_element(&model, job, i);                                                                       \\\n",
+    "    }\n",
+    "\n",
+    "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
+    "SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)\n",
     ""   /* counts as no line: it is here so that the list is never empty */
 };
 
@@ -11600,19 +14121,10 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
     int i;
-    springls__constellation_free(ctx);
-    springls__grid_free(ctx, &ctx->grid);
-    springls__grid_free(ctx, &ctx->reference);
     springls__surface_free(ctx, &ctx->original);
-    springls__surface_free(ctx, &ctx->model);
-    springls__buffer_free(ctx, &ctx->cells.ids_memory);
-    springls__buffer_free(ctx, &ctx->cells.near_first_memory);
-    springls__buffer_free(ctx, &ctx->cells.near_memory);
-    springls__buffer_free(ctx, &ctx->cells.large_memory);
-    springls__buffer_free(ctx, &ctx->cells.key_memory);
-    springls__buffer_free(ctx, &ctx->neighbors);
+    springls__surface_free(ctx, &ctx->springl_surface);
     springls__buffer_free(ctx, &ctx->locked_memory);
-    for (i = 0; i < (int)(sizeof ctx->scratch / sizeof *ctx->scratch); i++) springls__buffer_free(ctx, &ctx->scratch[i]);
+    for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
 }
 
 /* Reports a failure that happens before there is a context. */
@@ -11653,7 +14165,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     ctx->desc.params = NULL;
     ctx->desc.allocator = allocator;
     if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
-    ctx->params = params;
+    ctx->model.params = params;
     memcpy(ctx->to_world, to_world, sizeof to_world);
     memcpy(ctx->to_voxel, to_voxel, sizeof to_voxel);
     for (axis = 0; axis < 3; axis++) {
@@ -11662,8 +14174,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
-    status = springls__grid_create(ctx, &ctx->grid, false);
-    if (status == SPRINGLS_OK) status = springls__grid_create(ctx, &ctx->reference, true);
+    status = springls__grids_create(ctx);
     if (status != SPRINGLS_OK) {
         springls_destroy(ctx);
         return status;
@@ -11690,7 +14201,7 @@ SPRINGLS_API springls_status springls_reset(springls_context *ctx)
 
 SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
 {
-    return ctx ? ctx->params : springls_default_params();
+    return ctx ? ctx->model.params : springls_default_params();
 }
 
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
@@ -11701,16 +14212,15 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
-    if (params->band_half_width != ctx->params.band_half_width && ctx->set.count > 0)
+    if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
-    band_changed = params->band_half_width != ctx->params.band_half_width;
-    ctx->params = *params;
+    band_changed = params->band_half_width != ctx->model.params.band_half_width;
+    ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__fill(ctx->grid.omega, SPRINGLS__OUTSIDE, params->capture);
-    springls__fill(ctx->grid.omega, SPRINGLS__INSIDE, params->capture);
+    springls__fill(ctx->model.grid.omega, SPRINGLS__OUTSIDE, params->capture);
+    springls__fill(ctx->model.grid.omega, SPRINGLS__INSIDE, params->capture);
     if (band_changed) { /* no model: constant bricks only, of another distance */
-        springls__grid_clear(ctx, &ctx->grid, false);
-        springls__grid_clear(ctx, &ctx->reference, true);
+        springls__grids_clear(ctx);
     }
     return SPRINGLS_OK;
 }

@@ -8,10 +8,13 @@
   #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
+  typedef uchar uint8_t;
+  typedef int int32_t;
+  typedef uint uint32_t;
   #define springls__sqrt(x)   sqrt(x)
-  #define springls__floor(x)  floor(x)
   #define springls__fabs(x)   fabs(x)
 #else
+  #include <float.h>
   #include <math.h>
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
@@ -23,14 +26,15 @@
   #endif
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__CONST static const
-  /* floorf: a function call where the target has no instruction for it, and called everywhere. */
-  SPRINGLS__MATHS float springls__floor(float x)
-  {
-      float whole = fabsf(x) < 8388608.0f ? (float)(int)x : x;
-      return whole > x ? whole - 1.0f : whole;
-  }
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
 #endif
+
+/* floorf: a function call where the target has no instruction for it, and called everywhere. */
+SPRINGLS__MATHS float springls__floor(float x)
+{
+    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;
+    return whole > x ? whole - 1.0f : whole;
+}
 
 #endif

@@ -49,3 +49,128 @@ SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls
     const float reach = 1.5f;
     return springls__dot(n, n_other) > -0.2f && springls__length2(d) < reach * reach;
 }
+
+/* phi at x. Beyond the domain samples are constant, so the way back to it is added: springls that have been pushed out of the
+   grid are far from the zero level. */
+SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
+{
+    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
+                                            springls__clamp(x.z, -1.0f, (float)g->size[2]));
+    return springls__grid_sample(g, g->phi, x) + springls__length(springls__sub(x, border));
+}
+
+SPRINGLS__MATHS void springls__sample_phi_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    model->set.phi[i] = springls__phi_or_beyond(&model->grid, model->set.s[i].p);
+}
+
+/* True when a springl far from the zero level belongs to a sheet too thin for phi: the sheet's other side is behind it, or
+   neighbours beside it say so at the rim and where the other side is bare. phi is outside in front of either; in front of
+   springls that are left over where two bodies have merged it is inside, which nothing else would tell from here. */
+SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i)
+{
+    const float r = 1.6f, ahead = 1.5f;
+    const int enough = 3;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    springls__v3 n = springls__springl_normal(*s);
+    springls__cell_walk walk;
+    int other, beside = 0;
+    if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */
+    if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
+    walk = springls__cell_walk_near(model, s->p, r);
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
+        if (other == i || springls__length2(d) > r * r) continue;
+        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge it would look the same */
+        m = springls__springl_normal(model->set.s[other]);
+        if (springls__is_far_side(d, n, m)) return true;
+        beside += springls__is_beside(d, n, m);
+        if (beside >= enough && model->set.phi[i] > 0.0f) return true;
+    }
+    return false;
+}
+
+/* True when what lies before a springl is inside: bodies have met there, and nothing but the springls left between them makes
+   the projection hold phi near zero. */
+SPRINGLS__MATHS bool springls__is_buried(const springls__model *model, springls__springl s)
+{
+    const float ahead = 0.75f, deep = -0.2f;
+    return springls__phi_or_beyond(&model->grid, springls__mad(s.p, springls__springl_normal(s), ahead)) < deep;
+}
+
+/* What becomes of a springl. */
+#define SPRINGLS__REMOVE 0
+#define SPRINGLS__KEEP 1
+#define SPRINGLS__RESHAPE 2
+#define SPRINGLS__UNDECIDED 3
+
+/* To SCRATCH1. job.f: cosines of the least and the largest angle of a good triangle. */
+SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    springls__springl s = model->set.s[i];
+    bool distant = springls__fabs(model->set.phi[i]) > model->params.contract_distance;
+    *fate = SPRINGLS__KEEP;
+    if (model->params.project_level_set && springls__is_buried(model, s)) *fate = SPRINGLS__REMOVE;
+    else if (distant && !(model->params.keep_thin && springls__on_thin_sheet(model, i))) *fate = SPRINGLS__REMOVE;
+    else if (!model->set.mask[i] && springls__bad_shape(springls__springl_tri(s), job.f[0], job.f[1], model->params.min_area))
+        *fate = model->params.reshape ? SPRINGLS__RESHAPE : SPRINGLS__REMOVE;
+}
+
+/* A good shape about the same particle, which keeps its exact path and correspondence. */
+SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, springls__job job, int i)
+{
+    const float smallest = 0.15f; /* voxel^2: what has collapsed must reach its neighbours again */
+    springls__springl s = model->set.s[i];
+    springls__tri t = springls__springl_tri(s);
+    springls__v3 area2 = springls__tri_area2(t), n;
+    float area = 0.5f * springls__length(area2);
+    (void)job;
+    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != SPRINGLS__RESHAPE) return;
+    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
+    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
+    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
+    s.q[0] = t.a;
+    s.q[1] = t.b;
+    s.q[2] = t.c;
+    model->set.s[i] = springls__springl_finished(s);
+}
+
+/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
+   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */
+SPRINGLS__MATHS uint8_t springls__merged_fate(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
+{
+    const float r = model->params.merge_distance;
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s);
+    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    uint8_t decided = SPRINGLS__KEEP;
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        bool older = model->set.generation[other] < model->set.generation[i]
+                  || (model->set.generation[other] == model->set.generation[i] && other < i);
+        if (!older || fate[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
+        if (springls__dot(springls__springl_normal(*o), n) <= 0.3f) continue;
+        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
+        decided = SPRINGLS__UNDECIDED;
+    }
+    return decided;
+}
+
+SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];
+    uint8_t now = fate[i];
+    (void)job;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__merged_fate(model, fate, i) : now;
+}
+
+/* All that are kept so far are undecided. */
+SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *fate = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    (void)job;
+    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;
+}

@@ -179,3 +179,226 @@ SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, s
     if (c < -0.5f) return v;
     return springls__add(springls__add(v, u), springls__scale(springls__cross(axis, u), 1.0f / (1.0f + c)));
 }
+
+/* The springls about a place. */
+typedef struct springls__crowd {
+    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];
+    float weight[SPRINGLS__CROWD];
+    int id[SPRINGLS__CROWD], count;
+} springls__crowd;
+
+/* False when it is full. */
+SPRINGLS__MATHS bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
+{
+    int i = crowd->count;
+    if (i == SPRINGLS__CROWD) return false;
+    crowd->p[i] = p;
+    crowd->n[i] = n;
+    crowd->a[i] = a;
+    crowd->weight[i] = weight;
+    crowd->id[i] = id;
+    crowd->count++;
+    return true;
+}
+
+/* narrow, certain: see springls__find_sides. */
+SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)
+{
+    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
+}
+
+/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
+SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)
+{
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+    const float least = 0.3f;
+    int i;
+    crowd->count = 0;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
+        if (i >= known || weight <= 0.0f) continue;
+        if (springls__join(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
+        if (radius < least) return; /* they lie on each other: these will do */
+        radius *= 0.8f;             /* too many: begin again */
+        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
+                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+        crowd->count = 0;
+    }
+}
+
+/* One side's surface about x; springl `self` is not asked. */
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
+                                                     int self)
+{
+    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
+    springls__fit_result result;
+    int i;
+    for (i = 0; i < crowd->count; i++)
+        if (crowd->id[i] != self && springls__side_of(sides, crowd->n[i]) == side)
+            fit = springls__fit_add(fit, crowd->p[i], crowd->n[i], crowd->a[i]);
+    result = springls__fit_solve(fit, fit.count >= 10 ? 6 : fit.count >= 4 ? 3 : 0);
+    if (!result.ok && fit.count >= 10) result = springls__fit_solve(fit, 3);
+    if (fit.count < 4 || springls__length2(springls__sub(result.point, x)) > 1.0f
+        || springls__dot(result.normal, sides.normal[side]) < 0.7f)
+        result.ok = 0;
+    return result;
+}
+
+/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
+   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
+   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
+                                                   springls__v3 a0, int self, int ways, int at_least)
+{
+    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
+    springls__fit_result fit[SPRINGLS__SIDES], result;
+    float least = FLT_MAX;
+    int side, best = -1, good = 0;
+    for (side = 0; side < sides.count; side++) {
+        float off;
+        fit[side] = springls__fit_side(crowd, sides, side, x, a0, self);
+        if (!fit[side].ok) continue;
+        good++;
+        off = springls__length(springls__sub(fit[side].point, x)) + doubt * (1.0f - springls__dot(n, fit[side].normal));
+        if (off >= least) continue;
+        least = off;
+        best = side;
+    }
+    result.ok = good >= at_least;
+    result.point = x;
+    result.normal = n;
+    result.a = a0;
+    if (!result.ok) return result;
+    result = fit[best];
+    for (side = 0; side < sides.count; side++) {
+        int convex;
+        float beyond;
+        if (side == best || !fit[side].ok) continue;
+        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
+        if (!(ways & (convex ? 1 : 2))) result.ok = 0;
+        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
+        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
+    }
+    return result;
+}
+
+/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
+SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
+                                          springls__fit_result *result)
+{
+    springls__crowd crowd;
+    springls__sides sides;
+    int i, edges = 0;
+    if (model->set.at_edges == 0) return false;
+    springls__gather_crowd(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
+    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];
+    if (edges == 0) return false;
+    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);
+    if (sides.count < 2) return false;
+    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
+    return result->ok != 0;
+}
+
+/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
+SPRINGLS__MATHS springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
+{
+    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
+    springls__v3 p[SPRINGLS__SIDES];
+    float height[SPRINGLS__SIDES];
+    springls__say all;
+    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
+    all.weight = all.distance = 0.0f;
+    if (sides.count == 0) return all;
+    known.count = 0;
+    for (side = 0; side < sides.count; side++) {
+        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
+        float weight = 0.0f, value = 0.0f;
+        for (i = 0; i < crowd->count; i++) {
+            springls__say say;
+            if (springls__side_of(sides, crowd->n[i]) != side) continue;
+            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
+            weight += say.weight;
+            value += say.weight * say.distance;
+            middle = springls__mad(middle, crowd->p[i], say.weight);
+        }
+        if (weight < 1e-3f) continue;
+        p[known.count] = springls__scale(middle, 1.0f / weight);
+        height[known.count] = value / weight;
+        known.normal[known.count++] = sides.normal[side];
+        all.weight += weight;
+    }
+    if (known.count == 0) return all;
+    if (known.count > 1) convex[0] = springls__is_convex(p[0], known.normal[0], p[1], known.normal[1]);
+    if (known.count > 2) {
+        convex[1] = springls__is_convex(p[0], known.normal[0], p[2], known.normal[2]);
+        convex[2] = springls__is_convex(p[1], known.normal[1], p[2], known.normal[2]);
+    }
+    all.distance = springls__height_over_sides(height, known.count, convex);
+    return all;
+}
+
+/* ---- springls at a crease, before the level set follows: normals in SCRATCH4, suspects in SCRATCH6, what was an edge
+   before in SCRATCH7 ---- */
+
+SPRINGLS__MATHS void springls__edge_normal_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = springls__springl_normal(model->set.s[i]);
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[7])[i] = model->set.edge[i];
+}
+
+/* Which springls may lie at a crease: with neighbours that face elsewhere when edges are looked for anew (job.i[0]), later those
+   beside the ones known. */
+SPRINGLS__MATHS void springls__edge_suspect_element(const springls__model *model, springls__job job, int i)
+{
+    const float radius = 1.5f, turned = 0.77f; /* cosine of 40 degrees */
+    SPRINGLS__GLOBAL const springls__v3 *normal = (SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4];
+    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    springls__v3 p = model->set.s[i].p;
+    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
+    bool suspect = false;
+    int other;
+    while (!suspect && (other = springls__cell_walk_next(&walk)) >= 0) {
+        float along = springls__dot(normal[i], normal[other]);
+        if (job.i[0] ? along < turned && along > SPRINGLS__AWAY : was[other] != 0)
+            suspect = springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius;
+    }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[6])[i] = suspect;
+}
+
+SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, springls__job job, int i)
+{
+    const float radius = 2.5f, beside = 0.7f; /* a weight: within a voxel */
+    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
+    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
+    springls__springl s = model->set.s[i];
+    springls__crowd crowd;
+    springls__fit_result fit;
+    springls__sides sides;
+    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
+    int k;
+    (void)job;
+    model->set.edge[i] = 0;
+    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;
+    springls__gather_crowd(model, s.p, radius, model->set.count, &crowd);
+    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
+    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
+    if (sides.count < 2) return;
+    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
+    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
+    model->set.edge[i] = 1;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[4])[i] = fit.normal;
+}
+
+SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, springls__job job, int i)
+{
+    springls__springl s = model->set.s[i];
+    springls__v3 n = springls__springl_normal(s), side = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[4])[i];
+    int m;
+    (void)job;
+    if (!model->set.edge[i] || model->set.mask[i]) return;
+    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));
+    model->set.s[i] = springls__springl_finished(s);
+}

@@ -1,8 +1,5 @@
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
 
-/* One voxel and its six neighbours. */
-typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;
-
 /* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the
    gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
 SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
@@ -29,4 +26,33 @@ SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cro
     float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)
                  + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);
     return phi.c - springls__clamp(step * change, -0.9f, 0.9f);
+}
+
+/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out);
+
+/* phi_next from phi and omega. */
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];
+    int x, y, z, d;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], phi);
+    springls__load_tile(g, g->omega, g->active[i], omega);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) {
+            int at = springls__tile_index(0, y, z);
+            springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);
+        }
+    if (lambda == 0.0f) return;
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++)
+            for (x = 0; x < 8; x++) {
+                if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;
+                for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];
+                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);
+            }
 }

@@ -14,13 +14,6 @@ typedef struct springls__fit {
     int count;
 } springls__fit;
 
-/* A unit vector perpendicular to n. */
-SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
-{
-    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
-    return springls__normalize(springls__cross(n, axis));
-}
-
 SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
 {
     springls__fit fit;

@@ -137,3 +137,41 @@ SPRINGLS__MATHS springls__v3 springls__mc_point(int i, int j, int k, int edge, f
     return springls__v3_make((float)(i + (a & 1)) + (axis == 0 ? t : 0.0f), (float)(j + (a >> 1 & 1)) + (axis == 1 ? t : 0.0f),
                              (float)(k + (a >> 2 & 1)) + (axis == 2 ? t : 0.0f));
 }
+
+/* Marching cubes of an active brick: cells from -1 where the brick is at the lower border of the domain, so that the
+   closing surface half a voxel outside is met too. */
+typedef struct springls__cube_range { int lo[3], hi[3], origin[3]; } springls__cube_range;
+
+SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid *g, int slot)
+{
+    springls__cube_range range;
+    int axis;
+    springls__slot_origin(g, slot, range.origin);
+    for (axis = 0; axis < 3; axis++) {
+        range.lo[axis] = range.origin[axis] == 0 ? -1 : 0;
+        range.hi[axis] = springls__imin(7, g->size[axis] - 1 - range.origin[axis]);
+    }
+    return range;
+}
+
+SPRINGLS__MATHS springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
+    return cell;
+}
+
+SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z, int edge)
+{
+    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge, springls__mc_edge_crossing(cell, edge));
+}
+
+SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range *range, springls__mc_cell cell, int mask, int x, int y, int z, int triangle)
+{
+    springls__tri t;
+    t.a = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 0));
+    t.b = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 1));
+    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
+    return t;
+}

@@ -50,3 +50,64 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
     float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
     return use_face > 0.0f ? face : edges;
 }
+
+/* Clips the bricks that come within `margin` of a springl to those of the top table. */
+SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])
+{
+    springls__v3 lower, upper;
+    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
+    lower.y = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - margin;
+    lower.z = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - margin;
+    upper.x = springls__max(s->q[0].x, springls__max(s->q[1].x, s->q[2].x)) + margin;
+    upper.y = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + margin;
+    upper.z = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + margin;
+    lo[0] = springls__cell_coordinate(lower.x, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(lower.y, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(lower.z, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(upper.x, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(upper.y, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
+}
+
+/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row);
+
+/* Exact distance to the springls in active brick `index`, clamped at params.capture. */
+SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int index)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture;
+    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
+    int origin[3], i, y, z;
+    uint32_t k;
+    springls__slot_origin(g, g->active[index], origin);
+    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;
+    for (k = model->cells.near_first[index]; k < model->cells.near_first[index + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
+        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
+        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
+        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
+        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
+        float reach = s->reach * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++)
+                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+    }
+}
+
+/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);
+}

@@ -1,16 +1,5 @@
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* The smallest and the largest of the six neighbours. */
-SPRINGLS__MATHS float springls__least(springls__cross7 v)
-{
-    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-}
-
-SPRINGLS__MATHS float springls__most(springls__cross7 v)
-{
-    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-}
-
 /* True when a voxel and one of its six neighbours lie on different sides. */
 SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
 {
@@ -76,4 +65,56 @@ SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, floa
     d = springls__min(d, far_value);
     if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;
     return v.c < 0.0f ? -d : d;
+}
+
+/* Rows of eight voxels; phi points into a tile. */
+SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+
+/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
+SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int y, z;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], tile);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+}
+
+/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int y, z;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], tile);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+}
+
+/* Which of the 27 bricks around (and including) a brick the band reaches. */
+SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi, float half_width)
+{
+    uint32_t reach = 0;
+    int x, y, z;
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) {
+            uint32_t row = 0;
+            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
+            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+        }
+    return reach;
+}
+
+/* To SCRATCH0, one a brick. */
+SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =
+        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }

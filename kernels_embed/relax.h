@@ -95,3 +95,72 @@ SPRINGLS__MATHS springls__tri springls__relax_springl(springls__relax_rule rule,
     out.a = spring[0]; out.b = spring[1]; out.c = spring[2];
     return out;
 }
+
+SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
+{
+    springls__relax_rule rule;
+    rule.rest = 2.0f * params->particle_radius;
+    rule.radius = params->neighbor_radius;
+    rule.d_max = params->d_max;
+    rule.kappa_int = params->kappa_int;
+    rule.kappa_ext = params->kappa_ext;
+    rule.sharpness = params->sharpness;
+    rule.step_length = params->relax_step_length;
+    rule.step_rotation = params->relax_step_rotation;
+    rule.threshold = (int)params->threshold;
+    rule.weight = (int)params->weight;
+    rule.physical = params->torque == SPRINGLS_TORQUE_PHYSICAL;
+    return rule;
+}
+
+
+/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all, springls__v3 q, SPRINGLS__GLOBAL const int *codes)
+{
+    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
+        SPRINGLS__GLOBAL const springls__springl *o = &all[codes[k] / 3];
+        int e = codes[k] % 3;
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
+        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
+    }
+    return springls__thresholded(rule, c);
+}
+
+
+/* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */
+SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    springls__springl s = all[i];
+    springls__tri t = springls__springl_tri(s);
+    (void)job;
+    if (!model->set.mask[i]) {
+        t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),
+                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
+                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
+        s.q[0] = t.a;
+        s.q[1] = t.b;
+        s.q[2] = t.c;
+        s = springls__springl_finished(s);
+    }
+    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;
+}
+
+/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */
+SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    springls__springl s = model->set.s[i];
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p), q = s.q[1];
+    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
+    (void)job;
+    if (!certain || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    s.q[1] = s.q[2];
+    s.q[2] = q;
+    model->set.s[i] = springls__springl_finished(s);
+}

@@ -29,3 +29,74 @@ SPRINGLS__MATHS springls__tri springls__split_half(springls__tri t, int second)
     part.c = turned.c;
     return part;
 }
+
+/* A springl that has been split in two; and where the halves have to go. */
+typedef struct springls__half { springls__springl s; springls__v3 a; float pad; } springls__half;
+
+/* A flat child from half of the parent's triangle. With the quadratic rule it then moves onto the fitted surface and
+   takes the fitted correspondence; the paper's rule leaves it flat, with the parent's. */
+SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, int i, int second)
+{
+    springls__half child;
+    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
+    springls__fit_result fit;
+    int m;
+    child.s = model->set.s[i];
+    child.s.q[0] = t.a;
+    child.s.q[1] = t.b;
+    child.s.q[2] = t.c;
+    child.s.p = springls__tri_centroid(t);
+    child.a = model->set.a[i];
+    child.pad = 0.0f;
+    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
+        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
+        if (fit.ok) {
+            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
+            child.s.p = fit.point;
+            child.a = springls__project_on_original(model, fit.a);
+        }
+    }
+    child.s = springls__springl_finished(child.s);
+    return child;
+}
+
+SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, springls__tri t)
+{
+    return springls__longest_edge2(t) > model->params.split_edge * model->params.split_edge
+        || springls__length2(springls__tri_area2(t)) > 4.0f * model->params.split_area * model->params.split_area;
+}
+
+/* To SCRATCH1: 1 for a springl that is to be split; a scan makes it the number of its second child. */
+SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+}
+
+/* To SCRATCH2: the halves of the first job.i[0] of them. */
+SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL springls__half *halves = (SPRINGLS__GLOBAL springls__half *)model->scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    halves[2u * at] = springls__child_of(model, i, 0);
+    halves[2u * at + 1u] = springls__child_of(model, i, 1);
+}
+
+/* The first half takes the parent's place, the second goes behind all that were there. */
+SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
+    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
+    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);
+    springls__half first, second;
+    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
+    first = halves[2u * at];
+    second = halves[2u * at + 1u];
+    model->set.generation[i]++;
+    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);
+    model->set.s[i] = first.s;
+    model->set.a[i] = first.a;
+    model->set.was[i] = springls__sub(first.s.p, moved);
+}

@@ -5,3 +5,89 @@ SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, s
 {
     return springls__mad(a, gradient, -step * phi);
 }
+
+/* eq. 26. */
+SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
+{
+    const springls__grid *g = &model->reference;
+    int i;
+    for (i = 0; i < model->params.track_iterations; i++)
+        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);
+    return a;
+}
+
+/* Smallest distance between the vertices and particle of one springl and the triangle of another, squared. */
+SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
+{
+    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
+    float d2 = springls__tri_distance2(plan, s.p);
+    int m;
+    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s.q[m]));
+    return d2;
+}
+
+/* The paper's rule for a new springl: the average of its neighbours' correspondences within R, or the nearest one's when
+   that is far from the average. Only springls before `known` have one to give. The range doubles until it finds some. */
+SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__model *model, springls__springl s, int known)
+{
+    springls__v3 n = springls__springl_normal(s);
+    float radius = model->params.neighbor_radius;
+    int attempt;
+    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
+        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.reach);
+        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
+        float best = FLT_MAX;
+        int other, count = 0;
+        while ((other = springls__cell_walk_next(&walk)) >= 0) {
+            float d2;
+            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */
+            d2 = springls__springl_distance2(s, model->set.s[other]);
+            if (d2 > radius * radius) continue;
+            sum = springls__add(sum, model->set.a[other]);
+            count++;
+            if (d2 < best) {
+                best = d2;
+                nearest = model->set.a[other];
+            }
+        }
+        if (count == 0) continue;
+        sum = springls__scale(sum, 1.0f / (float)count);
+        return springls__length(springls__sub(sum, nearest)) > model->params.nearest_rule ? nearest : sum;
+    }
+    return s.p;
+}
+
+/* The quadratic fit at x over the particles around, springls before `known` only. */
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)
+{
+    const float r = SPRINGLS__FIT_RADIUS;
+    springls__fit fit = springls__fit_begin(x, n, a0);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__fit_result result;
+    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    int other, before;
+    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
+    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
+        springls__v3 a = model->set.a[other];
+        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
+        before = fit.count;
+        fit = springls__fit_add(fit, o->p, springls__springl_normal(*o), a);
+        if (fit.count == before) continue;
+        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
+        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
+    }
+    result = springls__fit_end(fit);
+    if (!result.ok) return result;
+    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
+    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
+                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
+    return result;
+}
+
+SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);
+}

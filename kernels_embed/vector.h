@@ -60,6 +60,13 @@ SPRINGLS__MATHS springls__v3 springls__normalize(springls__v3 a)
     return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);
 }
 
+/* A unit vector perpendicular to n. */
+SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
+{
+    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
+    return springls__normalize(springls__cross(n, axis));
+}
+
 /* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k
    by repeated squaring, which is exact. */
 SPRINGLS__MATHS float springls__exp(float x)

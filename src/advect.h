@@ -125,7 +125,7 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->grid, points[i]));
+            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
     }
 }
 
@@ -140,7 +140,7 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
                                                          springls__sub(x[3 * count + i], x[count + i])));
     springls__flow(job, x, count, time, slope);
-    if (!job->ctx->params.vertex_velocity) {
+    if (!job->ctx->model.params.vertex_velocity) {
         springls__push(job, x, normals, count, time, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
     } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
@@ -184,9 +184,9 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
-    const springls__springl *s = job->ctx->set.s + first;
-    const springls__v3 *a = job->ctx->set.a + first;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__springl *s = job->ctx->model.set.s + first;
+    const springls__v3 *a = job->ctx->model.set.a + first;
+    const springls__grid *g = &job->ctx->model.grid;
     int i, m, n = SPRINGLS__MOVERS * count;
     for (i = 0; i < count; i++) {
         x[i] = s[i].p;
@@ -209,13 +209,13 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
         if (job->stop_at_topology
             && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
-                                          d[0], springls__springl_normal(&s[i])))
+                                          d[0], springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + (size_t)first * SPRINGLS__MOVERS, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
+SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
 
 /* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
@@ -223,14 +223,14 @@ SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
     const springls__advect_job *job = (const springls__advect_job *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
-        springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->set.count - first));
+        springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->model.set.count - first));
     }
 }
 
 SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, const springls_forces *forces, float time, float dt,
                                                       springls__advect_job *job)
 {
-    float spread = ctx->params.half_time_sampling ? 0.5f * dt : dt;
+    float spread = ctx->model.params.half_time_sampling ? 0.5f * dt : dt;
     memset(job, 0, sizeof *job);
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
     if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
@@ -246,7 +246,7 @@ SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, con
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->pressure));
     SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->velocity));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
-    return springls__scratch(ctx, 0, (size_t)ctx->set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
+    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
 }
 
 SPRINGLS__FN void springls__move_task(void *arg, int begin, int end)
@@ -254,11 +254,11 @@ SPRINGLS__FN void springls__move_task(void *arg, int begin, int end)
     const springls__advect_job *job = (const springls__advect_job *)arg;
     int m;
     for (; begin < end; begin++) {
-        springls__springl *s = &job->ctx->set.s[begin];
+        springls__springl *s = &job->ctx->model.set.s[begin];
         const springls__v3 *d = job->displacement + (size_t)begin * SPRINGLS__MOVERS;
         s->p = springls__add(s->p, d[0]);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
-        springls__springl_finish(s);
+        *s = springls__springl_finished(*s);
     }
 }
 
@@ -289,9 +289,9 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
     *moved = springls__largest_displacement(&job, &moving);
     if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    springls__parallel(ctx, ctx->set.count, 512, springls__move_task, &job);
+    springls__parallel(ctx, ctx->model.set.count, 512, springls__move_task, &job);
     ctx->stats.moved = *moved;
-    ctx->stats.moving = ctx->set.count ? (float)moving / (float)ctx->set.count : 0.0f;
+    ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;

@@ -134,9 +134,9 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     surface->count = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
-    SPRINGLS__TRY(springls__grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
-    SPRINGLS__TRY(springls__grow(ctx, &surface->order_memory, n, sizeof(int), 0));
-    SPRINGLS__TRY(springls__grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
     surface->points = (springls__v3 *)surface->points_memory.data;
     surface->order = (int *)surface->order_memory.data;
     surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
@@ -404,7 +404,7 @@ SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ct
 {
     int n, i, k;
     if (surface->dipoles || !surface->count) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->dipoles_memory, (size_t)surface->node_count, sizeof(springls__dipole), 0));
     surface->dipoles = (springls__dipole *)surface->dipoles_memory.data;
     for (n = surface->node_count - 1; n >= 0; n--) {
         const springls__bvh_node *node = &surface->nodes[n];

@@ -3,19 +3,10 @@
 SPRINGLS__FN void springls__free_all(springls_context *ctx)
 {
     int i;
-    springls__constellation_free(ctx);
-    springls__grid_free(ctx, &ctx->grid);
-    springls__grid_free(ctx, &ctx->reference);
     springls__surface_free(ctx, &ctx->original);
-    springls__surface_free(ctx, &ctx->model);
-    springls__buffer_free(ctx, &ctx->cells.ids_memory);
-    springls__buffer_free(ctx, &ctx->cells.near_first_memory);
-    springls__buffer_free(ctx, &ctx->cells.near_memory);
-    springls__buffer_free(ctx, &ctx->cells.large_memory);
-    springls__buffer_free(ctx, &ctx->cells.key_memory);
-    springls__buffer_free(ctx, &ctx->neighbors);
+    springls__surface_free(ctx, &ctx->springl_surface);
     springls__buffer_free(ctx, &ctx->locked_memory);
-    for (i = 0; i < (int)(sizeof ctx->scratch / sizeof *ctx->scratch); i++) springls__buffer_free(ctx, &ctx->scratch[i]);
+    for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
 }
 
 /* Reports a failure that happens before there is a context. */
@@ -56,7 +47,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     ctx->desc.params = NULL;
     ctx->desc.allocator = allocator;
     if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
-    ctx->params = params;
+    ctx->model.params = params;
     memcpy(ctx->to_world, to_world, sizeof to_world);
     memcpy(ctx->to_voxel, to_voxel, sizeof to_voxel);
     for (axis = 0; axis < 3; axis++) {
@@ -65,8 +56,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
-    status = springls__grid_create(ctx, &ctx->grid, false);
-    if (status == SPRINGLS_OK) status = springls__grid_create(ctx, &ctx->reference, true);
+    status = springls__grids_create(ctx);
     if (status != SPRINGLS_OK) {
         springls_destroy(ctx);
         return status;
@@ -93,7 +83,7 @@ SPRINGLS_API springls_status springls_reset(springls_context *ctx)
 
 SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
 {
-    return ctx ? ctx->params : springls_default_params();
+    return ctx ? ctx->model.params : springls_default_params();
 }
 
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
@@ -104,16 +94,15 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (!params) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: params is NULL");
     fault = springls__params_fault(params);
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
-    if (params->band_half_width != ctx->params.band_half_width && ctx->set.count > 0)
+    if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
-    band_changed = params->band_half_width != ctx->params.band_half_width;
-    ctx->params = *params;
+    band_changed = params->band_half_width != ctx->model.params.band_half_width;
+    ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__fill(ctx->grid.omega, SPRINGLS__OUTSIDE, params->capture);
-    springls__fill(ctx->grid.omega, SPRINGLS__INSIDE, params->capture);
+    springls__fill(ctx->model.grid.omega, SPRINGLS__OUTSIDE, params->capture);
+    springls__fill(ctx->model.grid.omega, SPRINGLS__INSIDE, params->capture);
     if (band_changed) { /* no model: constant bricks only, of another distance */
-        springls__grid_clear(ctx, &ctx->grid, false);
-        springls__grid_clear(ctx, &ctx->reference, true);
+        springls__grids_clear(ctx);
     }
     return SPRINGLS_OK;
 }

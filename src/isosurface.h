@@ -5,7 +5,7 @@ typedef struct springls__raw_mesh { springls__v3 *positions; int *triangles; int
 
 SPRINGLS__FN int springls__count_triangles(const springls_context *ctx)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     float tile[SPRINGLS__TILE_VOXELS];
     int i, x, y, z, total = 0;
     for (i = 0; i < g->active_count; i++) {
@@ -67,7 +67,7 @@ SPRINGLS__FN void springls__weld_brick(const springls__grid *g, int slot, spring
 
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     springls__weld weld;
     size_t triangles = (size_t)springls__count_triangles(ctx), room = 16;
     int i;
@@ -121,8 +121,8 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
 /* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
 SPRINGLS__FN springls__v3 springls__correspondence_at(const springls_context *ctx, int springl, springls__v3 x)
 {
-    springls__v3 a = ctx->set.a[springl];
-    springls__fit_result fit = springls__fit_at(ctx, x, springls__springl_normal(&ctx->set.s[springl]), a, ctx->set.count);
+    springls__v3 a = ctx->model.set.a[springl];
+    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a, ctx->model.set.count);
     return fit.ok ? fit.a : a;
 }
 
@@ -134,8 +134,8 @@ SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
     const springls__dress_job *job = (const springls__dress_job *)arg;
     springls_context *ctx = job->ctx;
     for (; begin < end; begin++) {
-        springls__v3 x = job->positions[begin], n = springls__normal_to_world(ctx, springls__grid_gradient(&ctx->grid, ctx->grid.phi, x)), a = x;
-        int nearest = springls__nearest_springl(ctx, x, 1.0f);
+        springls__v3 x = job->positions[begin], n = springls__normal_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x)), a = x;
+        int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
         if (nearest >= 0) a = springls__correspondence_at(ctx, nearest, x);
         springls_to_world(ctx, &x.x, 1, job->mesh->positions + 3 * begin);
         springls_to_world(ctx, &a.x, 1, job->mesh->correspondences + 3 * begin);
@@ -169,13 +169,13 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
-    if (ctx->set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
-    SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->set.count, ctx->set.count, out));
-    for (i = 0; i < ctx->set.count; i++) {
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(&ctx->set.s[i]));
-        springls_to_world(ctx, &ctx->set.s[i].q[0].x, 3, out->positions + 9 * i);
+    if (ctx->model.set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
+    SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));
+        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, out->positions + 9 * i);
         for (m = 0; m < 3; m++) {
-            springls_to_world(ctx, &ctx->set.a[i].x, 1, out->correspondences + 9 * i + 3 * m);
+            springls_to_world(ctx, &ctx->model.set.a[i].x, 1, out->correspondences + 9 * i + 3 * m);
             memcpy(out->normals + 9 * i + 3 * m, &n.x, 3 * sizeof(float));
             out->springls[3 * i + m] = i;
             out->triangles[3 * i + m] = 3 * i + m;

@@ -2,9 +2,7 @@
 
 #if SPRINGLS__LANES
 
-/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
-   squared; else -1. */
-SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const springls__v3 *q, float radius2, float d2[3], int edge[3])
+SPRINGLS__FN void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
 {
     const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     springls__vec3 at;
@@ -26,26 +24,6 @@ SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const spri
     for (m = 0; m < 3; m++) {
         d2[m] = d2s[m];
         edge[m] = (int)edges[m];
-    }
-}
-
-#else
-
-/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
-   squared; else -1. */
-SPRINGLS__FN void springls__nearest_edges(const springls__springl *o, const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    int e, m;
-    for (m = 0; m < 3; m++) {
-        d2[m] = radius2;
-        edge[m] = -1;
-        for (e = 0; e < 3; e++) {
-            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);
-            if (d >= d2[m]) continue;
-            d2[m] = d;
-            edge[m] = e;
-        }
     }
 }
 

@@ -1,27 +1,6 @@
 /* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
    offset: from the particle to the row's first voxel. */
 
-/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */
-enum { SPRINGLS__SUM_OFFSET = 0, SPRINGLS__SUM_NORMAL = 3, SPRINGLS__SUM_MOVED = 6, SPRINGLS__SUM_WEIGHT = 9, SPRINGLS__SUM_HEIGHT = 10,
-       SPRINGLS__SUMS = 11 };
-
-typedef struct springls__brick_sums {
-    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */
-    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */
-    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];
-} springls__brick_sums;
-
-SPRINGLS__FN springls__moments springls__moments_load(const springls__brick_sums *sums, int i)
-{
-    springls__moments m;
-    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);
-    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);
-    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);
-    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];
-    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];
-    return m;
-}
-
 #if SPRINGLS__LANES
 
 static const float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
@@ -31,7 +10,7 @@ SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
     springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
 }
 
-SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__FN void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
@@ -41,9 +20,9 @@ SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v
         springls__vmask nearer = d2 < best;
         if (!springls__vmask_any(nearer)) continue;
         springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums->facing[0] + i, nearer, s->n.x);
-        springls__vec_put(sums->facing[1] + i, nearer, s->n.y);
-        springls__vec_put(sums->facing[2] + i, nearer, s->n.z);
+        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
+        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
+        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
     }
 }
 
@@ -53,31 +32,31 @@ SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, in
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__FN void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
 {
     const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
-    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s->n.y * offset.y + s->n.z * offset.z;
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
     springls__vec zero = springls__vec_all(0.0f);
     int i;
     for (i = row; i < row + 8; i += SPRINGLS__LANES) {
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums->facing[0] + i) * s->n.x + springls__vec_load(sums->facing[1] + i) * s->n.y
-              + springls__vec_load(sums->facing[2] + i) * s->n.z;
+        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
+              + springls__vec_load(sums->facing[2] + i) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
-        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s->n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
         springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
         springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
         springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s->n.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s->n.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s->n.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s->moved.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s->moved.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s->moved.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
     }
 }
 
@@ -87,7 +66,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
+SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -111,7 +90,7 @@ SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float 
 }
 
 /* springls__without_speck; true when there was one. */
-SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
+SPRINGLS__FN bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;
@@ -123,65 +102,6 @@ SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
         springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
     }
     return some;
-}
-
-#else
-
-SPRINGLS__FN bool springls__specks_row(const float *phi, float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i++) {
-        out[i] = springls__without_speck(springls__tile_cross(phi + i));
-        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
-    }
-    return some;
-}
-
-SPRINGLS__FN void springls__nearest_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i++) {
-        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
-        if (d2 >= sums->nearest2[i]) continue;
-        sums->nearest2[i] = d2;
-        sums->facing[0][i] = s->n.x;
-        sums->facing[1][i] = s->n.y;
-        sums->facing[2][i] = s->n.z;
-    }
-}
-
-SPRINGLS__FN void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)
-{
-    const springls__v3 *from[3];
-    int k;
-    from[0] = &m.offset;
-    from[1] = &m.normal;
-    from[2] = &m.moved;
-    for (k = 0; k < 3; k++) {
-        sums->sum[3 * k][i] = from[k]->x;
-        sums->sum[3 * k + 1][i] = from[k]->y;
-        sums->sum[3 * k + 2][i] = from[k]->z;
-    }
-    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;
-    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;
-}
-
-SPRINGLS__FN void springls__moments_row(const springls__oriented *s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    int i;
-    for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);
-        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
-        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), *s, at, facing));
-    }
-}
-
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
 }
 
 #endif

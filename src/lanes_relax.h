@@ -148,46 +148,19 @@ SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const sprin
     }
 }
 
-SPRINGLS__FN void springls__relax_range(springls__relax_rule rule, const springls__springl *all, const int *neighbors, int begin, int end,
-                                        springls__springl *next)
+SPRINGLS__FN void springls__relax_range(const springls__model *model, springls__job job, int begin, int end)
 {
-    for (; begin < end; begin += SPRINGLS__LANES)
-        springls__relax_lanes(rule, all, neighbors + (size_t)begin * SPRINGLS__NEIGHBOR_ROW, begin,
-                              springls__imin(end - begin, SPRINGLS__LANES), next);
+    springls__springl *next = (springls__springl *)model->scratch[1];
+    springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    int first, i;
+    (void)job;
+    for (first = begin; first < end; first += SPRINGLS__LANES)
+        springls__relax_lanes(rule, model->set.s, model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW, first,
+                              springls__imin(end - first, SPRINGLS__LANES), next);
+    for (i = begin; i < end; i++)
+        if (model->set.mask[i]) next[i] = model->set.s[i];
 }
 
 #else
-
-/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__FN springls__v3 springls__vertex_force(springls__relax_rule rule, const springls__springl *all, springls__v3 q, const int *codes)
-{
-    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
-        const springls__springl *o = &all[codes[k] / 3];
-        int e = codes[k] % 3;
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
-        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
-    }
-    return springls__thresholded(rule, c);
-}
-
-SPRINGLS__FN void springls__relax_range(springls__relax_rule rule, const springls__springl *all, const int *neighbors, int begin, int end,
-                                        springls__springl *next)
-{
-    for (; begin < end; begin++) {
-        const int *row = neighbors + (size_t)begin * SPRINGLS__NEIGHBOR_ROW;
-        springls__tri t = springls__springl_tri(&all[begin]);
-        t = springls__relax_springl(rule, t, all[begin].p, springls__vertex_force(rule, all, t.a, row),
-                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
-                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
-        next[begin] = all[begin];
-        next[begin].q[0] = t.a;
-        next[begin].q[1] = t.b;
-        next[begin].q[2] = t.c;
-        springls__springl_finish(&next[begin]);
-    }
-}
-
+SPRINGLS__RANGE(relax)
 #endif

@@ -19,7 +19,7 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
 }
 
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, float *row)
+SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -37,7 +37,7 @@ SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
 SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     const float *omega, float *side)
+                                     SPRINGLS__GLOBAL const float *omega, float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -95,7 +95,7 @@ SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega,
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
+SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -149,7 +149,7 @@ SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
 }
 
 /* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, float *out)
+SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
@@ -164,7 +164,7 @@ SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value,
     springls__vec_store(out, d);
 }
 
-SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
@@ -183,7 +183,7 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, float *out)
+SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
@@ -197,69 +197,10 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
 
-SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
+SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
-}
-
-#else
-
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, float *row)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
-        float within = row[i] + reach;
-        if (springls__length2(springls__sub(at, center)) >= within * within) continue;
-        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
-    }
-}
-
-SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     const float *omega, float *side)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
-        float within = omega[i] + 0.5f + reach;
-        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
-    }
-}
-
-SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
-        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];
-    }
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__FN bool springls__touches(const float *t)
-{
-    int i;
-    for (i = 0; i < 27; i++)
-        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;
-    return false;
-}
-
-SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        float d = springls__interface_distance(v);
-        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));
-        out[i] = own ? d : springls__distance_guess(v.c, far_value);
-    }
-}
-
-SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
 }
 
 #endif

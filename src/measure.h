@@ -30,8 +30,9 @@ SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx)
     memset(&stats, 0, sizeof stats);
     if (!ctx) return stats;
     stats = ctx->stats;
-    stats.springls = ctx->set.count;
-    stats.bricks = ctx->grid.active_count;
+    stats.springls = ctx->model.set.count;
+    stats.at_edges = ctx->model.set.at_edges;
+    stats.bricks = ctx->model.grid.active_count;
     return stats;
 }
 
@@ -53,16 +54,16 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    for (i = 0; i < ctx->set.count; i++) hash = springls__hash(hash, &ctx->set.s[i], sizeof ctx->set.s[i]);
-    hash = springls__hash(hash, ctx->set.a, (size_t)ctx->set.count * sizeof *ctx->set.a);
-    hash = springls__hash(hash, ctx->set.id, (size_t)ctx->set.count * sizeof *ctx->set.id);
-    for (i = 0; i < ctx->grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
-        int slot = ctx->grid.active[i], o[3];
-        springls__slot_origin(&ctx->grid, slot, o);
-        hash = springls__hash(hash, &ctx->grid.slot_brick[slot], sizeof(int));
+    for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
+    hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
+    hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
+    for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order, whatever the slots; voxels of the domain only */
+        int slot = ctx->model.grid.active[i], o[3];
+        springls__slot_origin(&ctx->model.grid, slot, o);
+        hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__grid_contains(&ctx->grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
-                hash = springls__hash(hash, &ctx->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
+            if (springls__grid_contains(&ctx->model.grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
+                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
     }
     return hash;
 }

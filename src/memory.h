@@ -55,8 +55,8 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
 }
 
 /* Makes room for count elements; keeps the first `keep` bytes. Grows by half again so that repeated growth is cheap. */
-SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__buffer *buffer, size_t count,
-                                            size_t element, size_t keep)
+SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, springls__buffer *buffer, size_t count,
+                                                   size_t element, size_t keep)
 {
     size_t bytes;
     void *memory;
@@ -80,12 +80,48 @@ SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer 
     buffer->bytes = 0;
 }
 
-/* Working memory number `index` of the running stage, at least count elements; contents are undefined. */
+/* The model's pointers, after memory has moved. */
+SPRINGLS__FN void springls__bind(springls_context *ctx)
+{
+#define SPRINGLS__BIND(name, type, block, member) ctx->model.member = (type *)ctx->memory[SPRINGLS__ARRAY_##name].data;
+    SPRINGLS__ARRAYS(SPRINGLS__BIND)
+#undef SPRINGLS__BIND
+}
+
+SPRINGLS__FN size_t springls__element_size(springls__array array)
+{
+#define SPRINGLS__SIZE(name, type, block, member) sizeof(type) * (block),
+    static const size_t sizes[] = { SPRINGLS__ARRAYS(SPRINGLS__SIZE) 0 };
+#undef SPRINGLS__SIZE
+    return sizes[array];
+}
+
+/* Room for count elements of an array of the model; keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__array array, size_t count, size_t keep)
+{
+    size_t element = springls__element_size(array);
+    springls_status status = springls__buffer_grow(ctx, &ctx->memory[array], count ? count : 1, element, keep * element);
+    springls__bind(ctx);
+    return status;
+}
+
+/* Working memory `index` of the running stage, at least count elements; contents are undefined. */
 SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
 {
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->scratch[index], count ? count : 1, element, 0));
-    *out = ctx->scratch[index].data;
+    springls__buffer *buffer = &ctx->memory[SPRINGLS__ARRAY_SCRATCH0 + index];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, buffer, count ? count : 1, element, 0));
+    springls__bind(ctx);
+    if (out) *out = buffer->data;
     return SPRINGLS_OK;
+}
+
+/* Two arrays of one size change places. */
+SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
+{
+    springls__buffer memory = ctx->memory[a];
+    ctx->memory[a] = ctx->memory[b];
+    ctx->memory[b] = memory;
+    springls__bind(ctx);
 }
 
 /* Runs task over [0, count) through the caller's job system, OpenMP, or here. Every task writes only what its own

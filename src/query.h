@@ -49,7 +49,7 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
     const springls_context *ctx = q->ctx;
     int i;
     for (i = begin; i < end; i++) {
-        float phi = springls__grid_sample(&ctx->grid, ctx->grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
+        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
         if (q->inside) q->inside[i] = phi < 0.0f;
         else q->out[i] = phi * ctx->smallest_spacing;
     }
@@ -71,7 +71,7 @@ SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
-        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->grid, ctx->grid.phi, x), (double)ctx->smallest_spacing,
+        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x), (double)ctx->smallest_spacing,
                                     q->out + 3 * (size_t)i);
     }
 }
@@ -131,10 +131,10 @@ SPRINGLS__FN springls_status springls__model_refresh(springls_context *ctx)
 {
     int i, m;
     if (ctx->model_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->model, ctx->set.count));
-    for (i = 0; i < ctx->set.count; i++)
-        for (m = 0; m < 3; m++) ctx->model.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->set.s[i].q[m]);
-    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->model, ctx->set.count));
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &ctx->springl_surface, ctx->model.set.count));
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (m = 0; m < 3; m++) ctx->springl_surface.points[3 * i + m] = springls__voxel_to_model(ctx, ctx->model.set.s[i].q[m]);
+    SPRINGLS__TRY(springls__surface_finish(ctx, &ctx->springl_surface, ctx->model.set.count));
     ctx->model_fresh = true;
     return SPRINGLS_OK;
 }
@@ -198,10 +198,10 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
    any other has its one correspondence. */
 SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
 {
-    springls__tri t = springls__springl_tri(&ctx->set.s[springl]);
-    springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->set.s[springl].p);
-    springls__v3 a = ctx->set.a[springl];
-    if (ctx->set.generation[springl]) return a;
+    springls__tri t = springls__springl_tri(ctx->model.set.s[springl]);
+    springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->model.set.s[springl].p);
+    springls__v3 a = ctx->model.set.a[springl];
+    if (ctx->model.set.generation[springl]) return a;
     a = springls__mad(a, own.a, at.bary[0] - center.bary[0]);
     a = springls__mad(a, own.b, at.bary[1] - center.bary[1]);
     return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
@@ -211,10 +211,10 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
    around it that face the same side. `own` is the original triangle at the springl's correspondence. */
 SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
 {
-    const float radius = 2.5f * springls__max(1.0f, ctx->set.s[springl].reach); /* voxels */
-    const springls__surface *model = &ctx->model;
-    const springls__springl *s = ctx->set.s;
-    springls__v3 normal = springls__springl_normal(&s[springl]), center = springls__voxel_to_model(ctx, x), result;
+    const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
+    const springls__surface *model = &ctx->springl_surface;
+    const springls__springl *s = ctx->model.set.s;
+    springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
     const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
     int stack[SPRINGLS__BVH_STACK], top = 0, i;
@@ -232,10 +232,10 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
             int j = model->order[node->first + i];
             springls__v3 r = springls__sub(s[j].p, x);
             float d2 = springls__length2(r) / (radius * radius), apart;
-            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(&s[j]), normal) > 0.0f)) continue;
-            apart = springls__length2(springls__sub(ctx->set.a[j], ctx->set.a[springl]));
+            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
+            apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
             if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
-            springls__affine_fit_add(&fit, r, ctx->set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
+            springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
         }
     }
     if (fit.count >= 4) {
@@ -258,7 +258,7 @@ SPRINGLS__FN void springls__source_of(const springls__surface *surface, const sp
 /* The material point of place x (voxels) of a springl: triangle -1 when there is no original surface. */
 SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x)
 {
-    springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->set.a[springl], FLT_MAX);
+    springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->model.set.a[springl], FLT_MAX);
     springls__v3 a;
     if (own.triangle < 0) return own;
     a = springls__fit_correspondence(ctx, springl, x, springls__surface_triangle(&ctx->original, own.triangle));
@@ -285,7 +285,7 @@ SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls
     out->springl = h->triangle;
     out->material_triangle = -1;
     if (h->triangle < 0) return;
-    s = &ctx->set.s[h->triangle];
+    s = &ctx->model.set.s[h->triangle];
     for (k = 0; k < 3; k++) out->barycentric[k] = h->hit.bary[k];
     voxel = springls__scale(s->q[0], h->hit.bary[0]);
     voxel = springls__mad(voxel, s->q[1], h->hit.bary[1]);
@@ -304,7 +304,7 @@ SPRINGLS__FN void springls__closest_task(void *arg, int begin, int end)
     int i, guess = -1;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
-        springls__surface_hit h = springls__surface_closest_from(&q->ctx->model, x, FLT_MAX, guess);
+        springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
         guess = h.triangle;
         springls__hit_fill(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
     }
@@ -320,7 +320,7 @@ SPRINGLS__FN void springls__raycast_task(void *arg, int begin, int end)
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
         if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->model, x, d, q->max_distance);
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, q->max_distance);
         springls__hit_fill(q->ctx, &h, h.t, &q->out[i]);
     }
 }

@@ -20,7 +20,7 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
         springls__voxel_to_world(ctx, springls__load3(voxel + 3 * (size_t)i), world + 3 * (size_t)i);
 }
 
-SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->set.count : 0; }
+SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const void *data, size_t stride)
 {
@@ -33,37 +33,37 @@ SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const voi
 
 SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx && ctx->set.s ? ctx->set.s->q : NULL, sizeof(springls__springl));
+    return springls__view(ctx, ctx && ctx->model.set.s ? ctx->model.set.s->q : NULL, sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx && ctx->set.s ? &ctx->set.s->p : NULL, sizeof(springls__springl));
+    return springls__view(ctx, ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx ? ctx->set.a : NULL, sizeof(springls__v3));
+    return springls__view(ctx, ctx ? ctx->model.set.a : NULL, sizeof(springls__v3));
 }
 
-SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx) { return ctx ? ctx->set.id : NULL; }
+SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx) { return ctx ? ctx->model.set.id : NULL; }
 
-SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx) { return ctx ? ctx->set.generation : NULL; }
+SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx) { return ctx ? ctx->model.set.generation : NULL; }
 
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out)
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out && ctx->set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
-    for (i = 0; i < ctx->set.count; i++) {
-        const springls__springl *s = &ctx->set.s[i];
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__springl *s = &ctx->model.set.s[i];
         float *row = out + 16 * (size_t)i;
         row[0] = s->p.x; row[1] = s->p.y; row[2] = s->p.z;
-        row[3] = springls__grid_sample(&ctx->grid, ctx->grid.phi, s->p);
+        row[3] = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, s->p);
         for (m = 0; m < 3; m++) {
             row[4 * m + 4] = s->q[m].x; row[4 * m + 5] = s->q[m].y; row[4 * m + 6] = s->q[m].z;
         }
-        row[7] = ctx->set.a[i].x; row[11] = ctx->set.a[i].y; row[15] = ctx->set.a[i].z;
+        row[7] = ctx->model.set.a[i].x; row[11] = ctx->model.set.a[i].y; row[15] = ctx->model.set.a[i].z;
     }
     return SPRINGLS_OK;
 }
@@ -73,10 +73,10 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out && ctx->set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
-    for (i = 0; i < ctx->set.count; i++) {
-        const springls__springl *s = &ctx->set.s[i];
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(s));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__springl *s = &ctx->model.set.s[i];
+        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(*s));
         float *surfel = out + 7 * (size_t)i;
         springls__voxel_to_world(ctx, s->p, surfel);
         surfel[3] = n.x; surfel[4] = n.y; surfel[5] = n.z;
@@ -95,7 +95,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
-    g = &ctx->grid;
+    g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
         for (y = 0; y < g->size[1]; y++)
             for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* row by row of a brick */

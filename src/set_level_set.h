@@ -10,14 +10,13 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 /* Empty model, empty grid. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
-    ctx->set.count = 0;
-    ctx->set.next_id = 0;
+    ctx->model.set.count = 0;
+    ctx->model.set.next_id = 0;
     ctx->iteration = 0;
     ctx->locked_count = 0;
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
-    springls__grid_clear(ctx, &ctx->grid, false);
-    springls__grid_clear(ctx, &ctx->reference, true);
+    springls__grids_clear(ctx);
     springls__constellation_changed(ctx);
 }
 
@@ -30,8 +29,8 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__grid_copy_phi(ctx, &ctx->reference, &ctx->grid));
-    return springls__surface_build(ctx, &ctx->original, ctx->set.s, ctx->set.count);
+    SPRINGLS__TRY(springls__reference_copy(ctx));
+    return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
 
 /* ---- a signed distance asked where it is needed ---- */
@@ -50,13 +49,13 @@ SPRINGLS__FN void springls__ask_distances(const springls__distance_job *job, con
 {
     int i;
     job->fn(job->arg, points, count, out);
-    for (i = 0; i < count; i++) out[i] = springls__max(-springls__border_distance(&job->ctx->grid, points[i]), out[i]); /* NaN stays */
+    for (i = 0; i < count; i++) out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]); /* NaN stays */
 }
 
 SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__grid *g = &job->ctx->model.grid;
     springls__v3 points[64];
     while (begin < end) {
         int count = springls__imin(64, end - begin), i;
@@ -74,7 +73,7 @@ SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
 SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__grid *g = &job->ctx->model.grid;
     springls__v3 points[SPRINGLS__BRICK_VOXELS];
     for (; begin < end; begin++) {
         float *phi = g->phi + (size_t)job->active[begin] * SPRINGLS__BRICK_VOXELS;
@@ -92,8 +91,8 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
    fn is called concurrently. */
 SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
 {
-    springls__grid *g = &ctx->grid;
-    const float reach = ctx->params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
+    springls__grid *g = &ctx->model.grid;
+    const float reach = ctx->model.params.band_half_width + 1.0f + 6.1f; /* of a brick: half its diagonal */
     int bricks = g->bricks[0] * g->bricks[1] * g->bricks[2], i, v, n = 0, part, *list;
     springls__distance_job job;
     job.ctx = ctx;
@@ -108,7 +107,7 @@ SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, 
         g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
         if (springls__fabs(d) <= reach) list[n++] = i;
     }
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, g, list, n));
+    SPRINGLS__TRY(springls__grid_add_bricks(ctx, list, n));
     part = g->active_count / 16 + 1;
     for (i = 0; i < g->active_count; i += part) { /* a report after each */
         n = springls__imin(part, g->active_count - i);
@@ -132,7 +131,7 @@ typedef float (*springls__voxel_fn)(const void *arg, size_t index);
    values are needed for slopes. */
 SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
     int n = 0, brick, *list, x, y, z, d;
     uint8_t *wanted;
@@ -165,7 +164,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
     }
     for (brick = 0; brick < bricks; brick++)
         if (wanted[brick]) list[n++] = brick;
-    return springls__grid_add_bricks(ctx, g, list, n);
+    return springls__grid_add_bricks(ctx, list, n);
 }
 
 /* The mean difference of neighbours on different sides; 1 if there are none. */
@@ -194,7 +193,7 @@ SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
 SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
     const float least = 1e-6f, most = 1e6f;
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     double slope, scale;
     int i, v, pass;
     SPRINGLS__TRY(springls__bricks_of_voxels(ctx, value, arg));
@@ -219,8 +218,8 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__parallel(ctx, g->active_count, 8, springls__interface_task, ctx);
-    springls__swap_phi(g);
+    springls__run(ctx, SPRINGLS__KERNEL_interface, g->active_count, springls__no_job());
+    springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
         SPRINGLS__TRY(springls__band_move(ctx));
@@ -245,7 +244,7 @@ SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, sprin
 
 SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x, int y, int z, int stride)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     springls__mc_cell cell;
     springls__springl s;
     int c, k, m, mask;
@@ -253,19 +252,19 @@ SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x
         cell.phi[c] = springls__grid_phi(g, g->phi, x + stride * (c & 1), y + stride * ((c >> 1) & 1), z + stride * (c >> 2));
     mask = springls__mc_case(cell);
     if (springls__mc_count(mask) == 0) return SPRINGLS_OK;
-    if (ctx->set.count + springls__mc_count(mask) > ctx->desc.max_springls) {
+    if (ctx->model.set.count + springls__mc_count(mask) > ctx->desc.max_springls) {
         ctx->stats.refused += springls__mc_count(mask);
         return SPRINGLS_OK;
     }
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->set.count + springls__mc_count(mask)));
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + springls__mc_count(mask)));
     for (k = 0; k < springls__mc_count(mask); k++) {
         for (m = 0; m < 3; m++) {
             int edge = springls__mc_edge(mask, k, m);
             s.q[m] = springls__mad(springls__v3_make((float)x, (float)y, (float)z), springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
-            if (ctx->params.project_initial) s.q[m] = springls__to_zero_level(g, s.q[m]);
+            if (ctx->model.params.project_initial) s.q[m] = springls__to_zero_level(g, s.q[m]);
         }
-        s.p = springls__tri_centroid(springls__springl_tri(&s));
-        if (ctx->params.project_initial) {
+        s.p = springls__tri_centroid(springls__springl_tri(s));
+        if (ctx->model.params.project_initial) {
             springls__v3 p = springls__to_zero_level(g, s.p);
             for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
             s.p = p;
@@ -278,8 +277,8 @@ SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x
 /* Marching cubes of phi on every `initial_stride`-th voxel. */
 SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->grid;
-    const int stride = ctx->params.initial_stride;
+    const springls__grid *g = &ctx->model.grid;
+    const int stride = ctx->model.params.initial_stride;
     int i, x, y, z;
     for (i = 0; i < g->active_count; i++) {
         int o[3], lo[3], axis;
@@ -290,9 +289,9 @@ SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
                 for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
                     SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
     }
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "the level set has no zero inside the grid, or is steeper than a distance");
     springls__constellation_changed(ctx);
-    if (ctx->params.keep_edges && ctx->params.project_initial) springls__initial_edges(ctx);
+    if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
     return springls__adopt_reference(ctx);
 }
 
@@ -386,7 +385,7 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!intensity || !(low <= high)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: intensity is NULL, or low exceeds high");
-    n = (size_t)ctx->grid.size[0] * (size_t)ctx->grid.size[1] * (size_t)ctx->grid.size[2];
+    n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
         if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
         if (intensity[i] > highest && intensity[i] < FLT_MAX) highest = intensity[i];
@@ -402,9 +401,9 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__adopt_reference(ctx));
-    for (i = 0; i < ctx->set.count; i++) ctx->set.a[i] = ctx->set.s[i].p;
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
     return SPRINGLS_OK;
 }
 
@@ -412,7 +411,7 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    for (i = 0; i < ctx->set.count; i++) ctx->set.mask[i] = mask && mask[i] ? 1 : 0;
+    for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
     return SPRINGLS_OK;
 }
 
@@ -434,13 +433,13 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
     for (i = 0; i < count && status == SPRINGLS_OK; i++) {
         springls__springl s;
         for (m = 0; m < 3; m++) s.q[m] = springls__v3_make(vertices[9 * i + 3 * m], vertices[9 * i + 3 * m + 1], vertices[9 * i + 3 * m + 2]);
-        s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(&s));
+        s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
     if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
     for (i = 0; i < 4 && status == SPRINGLS_OK; i++) status = springls__evolve_and_rebuild(ctx);
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
-        ctx->set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
+        ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
     return springls__clear_on_failure(ctx, status);
 }

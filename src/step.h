@@ -11,29 +11,31 @@ SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
 SPRINGLS__FN springls_status springls__follow(springls_context *ctx, bool afresh)
 {
     const int enough = 3;
-    bool carry = ctx->params.predict && !afresh;
-    int iterations = ctx->params.predict && afresh ? springls__imax(ctx->params.evolve_iterations, enough) : ctx->params.evolve_iterations, z;
-    if (ctx->params.keep_edges && ctx->stats.at_edges > 0)
+    bool carry = ctx->model.params.predict && !afresh;
+    int iterations = ctx->model.params.predict && afresh ? springls__imax(ctx->model.params.evolve_iterations, enough) : ctx->model.params.evolve_iterations, z;
+    if (ctx->model.params.keep_edges && ctx->model.set.at_edges > 0)
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
     if (carry) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
     for (z = 0; z < iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
+    if (!ctx->model.params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
     return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
 }
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->params.resample_period == 0; }
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->model.params.resample_period == 0; }
 
 /* Algorithm 2 after Advect. */
 SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
 {
-    bool last = ctx->params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
+    float way;
+    bool last = ctx->model.params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
     SPRINGLS__TRY(springls_relax(ctx));
     if (resample && !last) {
         SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
         SPRINGLS__TRY(springls_resample(ctx));
         SPRINGLS__TRY(springls_relax(ctx));
     }
-    afresh = ctx->params.predict && springls__way_since_phi(ctx) > ctx->grid.far_value; /* too far to be carried */
+    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
+    afresh = ctx->model.params.predict && way > ctx->model.grid.far_value; /* too far to be carried */
     if (afresh) SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
     SPRINGLS__TRY(springls__follow(ctx, afresh));
     if (!resample) return SPRINGLS_OK;
@@ -62,7 +64,7 @@ SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const
 {
     if (step->mode == SPRINGLS_ADVECT_ONLY) return SPRINGLS_OK;
     SPRINGLS__TRY(step->mode == SPRINGLS_FLUID ? springls__fluid_step(ctx, step->one_to_one) : springls__elastic_step(ctx, step->one_to_one));
-    return ctx->params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
+    return ctx->model.params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
 }
 
 /* One step of at most *dt, in which no particle goes further than `longest` voxels (0: any way); *dt becomes the time that has
@@ -74,13 +76,13 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     springls_status status = SPRINGLS_OK;
     double started;
     int tries;
-    if (!ctx->params.volume_lock) {
+    if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
         ctx->stats.volume_correction = 0.0f;
     }
-    if (ctx->params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
+    if (ctx->model.params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
+    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
         springls__sample_phi(ctx); /* for contract */
     for (tries = 1; tries <= TRIES; tries++) {
         status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < TRIES ? longest : 0.0f, moved);
@@ -128,10 +130,10 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     dt = step->dt;
     if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->params.d_max;
+    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->model.params.d_max;
     SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
     if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         dt = speed > 1e-6f ? limit / speed : 0.0f;

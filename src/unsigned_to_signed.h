@@ -18,7 +18,7 @@ SPRINGLS__FN bool springls__background_at(const springls__grid *g, int x, int y,
 SPRINGLS__FN void springls__grow_task(void *arg, int begin, int end)
 {
     const springls__grow_job *job = (const springls__grow_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__grid *g = &job->ctx->model.grid;
     const int b = job->block;
     int x, y, z, i, j, k;
     for (; begin < end; begin++) {
@@ -55,13 +55,13 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     springls__grow_job job;
     int i;
     bool grew = true;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->grid.active_count, 1, (void **)&job.grew));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, (void **)&job.grew));
     job.ctx = ctx;
     job.block = block;
     for (; grew && iterations > 0; iterations--) {
-        springls__parallel(ctx, ctx->grid.active_count, 8, springls__grow_task, &job);
-        springls__swap_phi(&ctx->grid);
-        for (grew = false, i = 0; i < ctx->grid.active_count; i++) grew = grew || job.grew[i];
+        springls__parallel(ctx, ctx->model.grid.active_count, 8, springls__grow_task, &job);
+        springls__swap_phi(ctx);
+        for (grew = false, i = 0; i < ctx->model.grid.active_count; i++) grew = grew || job.grew[i];
     }
     return SPRINGLS_OK;
 }
@@ -102,15 +102,15 @@ SPRINGLS__FN bool springls__grow_bricks(const springls__grid *g, uint8_t *state,
 /* Bricks within the band of any springl; everything else is dropped first. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
     size_t total = 0;
-    springls__grid_clear(ctx, g, false);
+    springls__grid_clear(ctx, g);
     springls__constellation_changed(ctx);
     for (pass = 0; pass < 2; pass++) {
         if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
-        for (total = 0, i = 0; i < ctx->set.count; i++) {
-            springls__springl_bricks(g, &ctx->set.s[i], ctx->params.band_half_width + 1.0f, lo, hi);
+        for (total = 0, i = 0; i < ctx->model.set.count; i++) {
+            springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
             for (z = lo[2]; z <= hi[2]; z++)
                 for (y = lo[1]; y <= hi[1]; y++)
                     for (x = lo[0]; x <= hi[0]; x++, total++)
@@ -118,15 +118,15 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
         }
         if (total > (size_t)INT32_MAX) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the springls are too large for the grid");
     }
-    return springls__grid_add_bricks(ctx, g, list, (int)total);
+    return springls__grid_add_bricks(ctx, list, (int)total);
 }
 
 /* Voxels that springls are near take the side of the nearest ones. */
 SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
 {
     const springls_context *ctx = (const springls_context *)arg;
-    const springls__grid *g = &ctx->grid;
-    const float capture = ctx->params.capture;
+    const springls__grid *g = &ctx->model.grid;
+    const float capture = ctx->model.params.capture;
     float side[SPRINGLS__BRICK_VOXELS];
     int y, z, v, o[3];
     uint32_t k;
@@ -135,9 +135,9 @@ SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
         const float *omega = g->omega + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
         springls__slot_origin(g, g->active[begin], o);
         memset(side, 0, sizeof side);
-        for (k = ctx->cells.near_first[begin]; k < ctx->cells.near_first[begin + 1]; k++) {
-            const springls__springl *s = &ctx->set.s[ctx->cells.near_ids[k]];
-            springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(s));
+        for (k = ctx->model.cells.near_first[begin]; k < ctx->model.cells.near_first[begin + 1]; k++) {
+            const springls__springl *s = &ctx->model.set.s[ctx->model.cells.near_ids[k]];
+            springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
             float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
             int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
             int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
@@ -172,13 +172,13 @@ SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
 
 SPRINGLS__FN bool springls__unsettled(const springls__region *r, int64_t v)
 {
-    const springls__grid *g = &r->ctx->grid;
-    return g->omega[v] >= r->ctx->params.capture && g->phi[v] < 0.0f && g->phi[v] != springls__counted;
+    const springls__grid *g = &r->ctx->model.grid;
+    return g->omega[v] >= r->ctx->model.params.capture && g->phi[v] < 0.0f && g->phi[v] != springls__counted;
 }
 
 SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int z)
 {
-    springls__grid *g = &r->ctx->grid;
+    springls__grid *g = &r->ctx->model.grid;
     int slot;
     int64_t v;
     if (!springls__grid_contains(g, x, y, z)) return;
@@ -191,7 +191,7 @@ SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
     if (!springls__unsettled(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -200,7 +200,7 @@ SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int 
 /* From a voxel, or from the faces of a constant brick, to what lies beside it. */
 SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
-    const springls__grid *g = &r->ctx->grid;
+    const springls__grid *g = &r->ctx->model.grid;
     int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
     int at[3];
@@ -220,7 +220,7 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 
 SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
 {
-    springls__grid *g = &r->ctx->grid;
+    springls__grid *g = &r->ctx->model.grid;
     int64_t i;
     r->count = r->votes = 0;
     g->phi[first] = springls__counted;
@@ -235,7 +235,7 @@ SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
 
 SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, uint8_t *state, size_t bricks)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
     void *memory;
@@ -254,11 +254,11 @@ SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, 
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2], b;
     uint8_t *state;
     int i, v, step = 1;
-    if (ctx->set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
     SPRINGLS__TRY(springls__bricks_around_springls(ctx));
     SPRINGLS__TRY(springls__omega_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 2, bricks, 1, (void **)&state));
@@ -279,7 +279,7 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-    if (ctx->params.project_level_set) SPRINGLS__TRY(springls__sides_of_springls(ctx, state, bricks));
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__sides_of_springls(ctx, state, bricks));
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;

@@ -161,7 +161,7 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
 /* Components in the order of their first voxel. */
 SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
 {
-    const springls__grid *g = &ctx->grid;
+    const springls__grid *g = &ctx->model.grid;
     int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2], nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
     int32_t i, o[3];
     int v;
@@ -239,7 +239,7 @@ SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, cons
     k->before = ctx->locked_count;
     nodes = (size_t)k->before + (size_t)parts->count;
     k->vote_count = 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)ctx->set.count, sizeof *k->votes, (void **)&k->votes));
+    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)ctx->model.set.count, sizeof *k->votes, (void **)&k->votes));
     SPRINGLS__TRY(springls__scratch(ctx, 6, nodes, sizeof *k->kin, (void **)&k->kin));
     SPRINGLS__TRY(springls__scratch(ctx, 7, nodes, sizeof *k->parent, (void **)&k->parent));
     for (i = 0; i < (int)nodes; i++) {
@@ -255,9 +255,9 @@ SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, cons
 SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
 {
     int i;
-    for (i = 0; i < ctx->set.count; i++) {
-        int32_t was = ctx->set.part[i], is = springls__part_of_springl(&ctx->grid, parts, ctx->set.s[i].p);
-        ctx->set.part[i] = is;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        int32_t was = ctx->model.set.part[i], is = springls__part_of_springl(&ctx->model.grid, parts, ctx->model.set.s[i].p);
+        ctx->model.set.part[i] = is;
         if (was < 0 || is < 0) continue;
         k->kin[was].votes++;
         k->kin[k->before + is].votes++;
@@ -320,7 +320,7 @@ SPRINGLS__FN springls_status springls__lock_parts(springls_context *ctx, const s
 {
     double *known;
     int i;
-    SPRINGLS__TRY(springls__grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
     known = (double *)ctx->locked_memory.data;
     for (i = 0; i < parts->count; i++) {
         const springls__kin *all = &k->kin[parts->part[i].kin];
@@ -338,7 +338,7 @@ typedef struct springls__offset_job { springls_context *ctx; const springls__par
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
     const springls__offset_job *job = (const springls__offset_job *)arg;
-    const springls__grid *g = &job->ctx->grid;
+    const springls__grid *g = &job->ctx->model.grid;
     int v;
     for (; begin < end; begin++) {
         const float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
@@ -358,13 +358,13 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     springls_context *ctx = job->ctx;
     int m;
     for (; begin < end; begin++) {
-        springls__springl *s = &ctx->set.s[begin];
+        springls__springl *s = &ctx->model.set.s[begin];
         springls__v3 by;
-        if (ctx->set.part[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(s), job->parts->part[ctx->set.part[begin]].offset);
+        if (ctx->model.set.part[begin] < 0) continue;
+        by = springls__scale(springls__springl_normal(*s), job->parts->part[ctx->model.set.part[begin]].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
-        springls__springl_finish(s);
+        *s = springls__springl_finished(*s);
     }
 }
 
@@ -408,10 +408,10 @@ SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__par
     job.ctx = ctx;
     job.parts = parts;
     for (i = 0; i < iterations && springls__choose_offsets(parts, k); i++) {
-        springls__parallel(ctx, ctx->grid.active_count, 16, springls__offset_phi_task, &job);
+        springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
-        springls__parallel(ctx, ctx->set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_parts(&ctx->grid, parts);
+        springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
+        springls__measure_parts(&ctx->model.grid, parts);
     }
     springls__sum_kin(parts, k);
     springls__constellation_moved(ctx);
@@ -430,7 +430,7 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     SPRINGLS__TRY(springls__find_parts(ctx, &parts));
     for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
     SPRINGLS__TRY(springls__kinship_begin(ctx, &parts, &kinship));
-    for (i = 0; i < ctx->set.count && known == 0; i++) ctx->set.part[i] = -1; /* of another time */
+    for (i = 0; i < ctx->model.set.count && known == 0; i++) ctx->model.set.part[i] = -1; /* of another time */
     springls__vote(ctx, &parts, &kinship);
     springls__tie(&kinship);
     springls__tie_specks(&parts, &kinship);

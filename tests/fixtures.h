@@ -340,8 +340,8 @@ FIXTURE springls_context *fixture_torus(int size, const springls_params *params,
 /* The springls go, ids begin at 0 again; the level set stays. */
 FIXTURE void fixture_clear(springls_context *ctx)
 {
-    ctx->set.count = 0;
-    ctx->set.next_id = 0;
+    ctx->model.set.count = 0;
+    ctx->model.set.next_id = 0;
     springls__constellation_changed(ctx);
 }
 
@@ -350,14 +350,14 @@ FIXTURE int fixture_add_at(springls_context *ctx, springls__v3 q0, springls__v3 
 {
     springls__springl s;
     memset(&s, 0, sizeof s);
-    if (springls__constellation_reserve(ctx, ctx->set.count + 1) != SPRINGLS_OK) return -1;
+    if (springls__constellation_reserve(ctx, ctx->model.set.count + 1) != SPRINGLS_OK) return -1;
     s.q[0] = q0;
     s.q[1] = q1;
     s.q[2] = q2;
     s.p = p;
     springls__constellation_append(ctx, &s, a, 0, 0);
     springls__constellation_changed(ctx);
-    return ctx->set.count - 1;
+    return ctx->model.set.count - 1;
 }
 
 FIXTURE int fixture_add(springls_context *ctx, springls__v3 q0, springls__v3 q1, springls__v3 q2)

@@ -183,7 +183,7 @@ TEST cells_are_ordered(void)
 TEST bricks_come_and_go(void)
 {
     springls_context *ctx = fixture_context(40, NULL); /* 5 x 5 x 5 bricks */
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     unsigned char present[125];
     int round, i, n, list[40];
     fixture_seed(24);
@@ -226,7 +226,7 @@ TEST bricks_come_and_go(void)
 TEST sampling_crosses_bricks(void)
 {
     springls_context *ctx = fixture_context(20, NULL);
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     int list[27], i, v;
     for (i = 0; i < 27; i++) list[i] = i;
     ASSERT_OK(springls__grid_add_bricks(ctx, g, list, 27));
@@ -255,7 +255,7 @@ TEST sampling_crosses_bricks(void)
 TEST tiles_hold_the_margin(void)
 {
     springls_context *ctx = fixture_sphere(20, NULL, 6.0f, 12.0f, 10.0f, 7.5f); /* reaches across a border */
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     float tile[SPRINGLS__TILE_VOXELS];
     int i, x, y, z;
     ASSERT_GT(g->active_count, 4);

@@ -36,12 +36,12 @@ TEST hash_sees_every_bit(void)
 {
     springls_context *ctx = fixture_sphere(24, NULL, 11.5f, 11.5f, 11.5f, 6.0f);
     uint64_t hash = springls_state_hash(ctx);
-    int i = springls_count(ctx) / 2, slot = ctx->grid.active[ctx->grid.active_count / 2], k;
+    int i = springls_count(ctx) / 2, slot = ctx->model.grid.active[ctx->model.grid.active_count / 2], k;
     unsigned char *byte[4];
-    byte[0] = (unsigned char *)&ctx->set.s[i].p.y;
-    byte[1] = (unsigned char *)&ctx->set.a[i].z;
-    byte[2] = (unsigned char *)&ctx->set.id[i];
-    byte[3] = (unsigned char *)&ctx->grid.phi[slot * SPRINGLS__BRICK_VOXELS + 77];
+    byte[0] = (unsigned char *)&ctx->model.set.s[i].p.y;
+    byte[1] = (unsigned char *)&ctx->model.set.a[i].z;
+    byte[2] = (unsigned char *)&ctx->model.set.id[i];
+    byte[3] = (unsigned char *)&ctx->model.grid.phi[slot * SPRINGLS__BRICK_VOXELS + 77];
     for (k = 0; k < 4; k++) {
         *byte[k] ^= 1u;
         ASSERT(hash != springls_state_hash(ctx));

@@ -51,10 +51,10 @@ TEST springls_attract(void)
     int i, m;
     ASSERT_OK(springls_measure(ctx, &before));
     for (i = 0; i < springls_count(ctx); i++) { /* out by 0.6 */
-        springls__springl *s = &ctx->set.s[i];
+        springls__springl *s = &ctx->model.set.s[i];
         for (m = 0; m < 3; m++) s->q[m] = d3_float(d3_mad(d3_make(15.5, 15.5, 15.5), d3_sub(d3_of(s->q[m]), d3_make(15.5, 15.5, 15.5)), 8.6 / 8.0));
         s->p = d3_float(d3_mad(d3_make(15.5, 15.5, 15.5), d3_sub(d3_of(s->p), d3_make(15.5, 15.5, 15.5)), 8.6 / 8.0));
-        springls__springl_finish(s);
+        *s = springls__springl_finished(*s);
     }
     springls__constellation_changed(ctx);
     ASSERT_OK(follow(ctx, 1));

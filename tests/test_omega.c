@@ -68,7 +68,7 @@ TEST omega_is_the_distance(int which)
     int i, v, met = 0;
     p.capture = which == 2 ? 3.5f : 2.0f;
     ctx = fixture_context(20, &p);
-    g = &ctx->grid;
+    g = &ctx->model.grid;
     fixture_seed(33);
     fixture_random_soup(ctx, 150, -2.0f, 21.0f, which == 1 ? 8.0f : 1.2f);
     for (i = 0; i < 27; i += which ? 1 : 2) ASSERT_OK(springls__grid_add_bricks(ctx, g, &i, 1));
@@ -93,7 +93,7 @@ TEST omega_is_the_distance(int which)
 TEST omega_is_never_stale(void)
 {
     springls_context *ctx = fixture_sphere(20, NULL, 9.5f, 9.5f, 9.5f, 5.0f);
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     springls__v3 corner = springls__v3_make(9.5f, 9.5f, 4.5f);
     uint8_t *keep;
     int i;
@@ -123,8 +123,8 @@ TEST capture_may_change(void)
     p.capture = 1.25f;
     ASSERT_OK(springls_set_params(ctx, &p));
     ASSERT_OK(springls__omega_build(ctx));
-    ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->grid, ctx->grid.omega, 0, 0, 0));
-    ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->grid, ctx->grid.omega, 15, 15, 12));
+    ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->model.grid, ctx->model.grid.omega, 0, 0, 0));
+    ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->model.grid, ctx->model.grid.omega, 15, 15, 12));
     springls_destroy(ctx);
     PASS();
 }

@@ -290,9 +290,9 @@ TEST rigid_motion_keeps_material(void)
             triangle[3 * i + 1] = swap;
         }
         ASSERT_EQ(SPRINGLS_OK, springls_set_mesh(ctx, position, SPHERE_POINTS, 0, triangle, SPHERE_TRIANGLES, NULL));
-        for (s = 0; s < ctx->set.count; s++) {
-            for (m = 0; m < 3; m++) rotate(&ctx->set.s[s].q[m]);
-            rotate(&ctx->set.s[s].p);
+        for (s = 0; s < ctx->model.set.count; s++) {
+            for (m = 0; m < 3; m++) rotate(&ctx->model.set.s[s].q[m]);
+            rotate(&ctx->model.set.s[s].p);
         }
         springls__constellation_changed(ctx);
         for (i = 0; i < 1000; i++) {
@@ -331,9 +331,9 @@ TEST zero_spacing_is_one(void)
         springls_context *ctx = make_context(64, k ? zero : NULL, NULL, NULL);
         float x[150];
         ASSERT_EQ(SPRINGLS_OK, springls_set_implicit(ctx, springls_implicit_sphere, &ball));
-        for (s = 0; s < ctx->set.count; s++) {
-            for (m = 0; m < 3; m++) rotate(&ctx->set.s[s].q[m]);
-            rotate(&ctx->set.s[s].p);
+        for (s = 0; s < ctx->model.set.count; s++) {
+            for (m = 0; m < 3; m++) rotate(&ctx->model.set.s[s].q[m]);
+            rotate(&ctx->model.set.s[s].p);
         }
         springls__constellation_changed(ctx);
         random_state = 5u;
@@ -357,9 +357,9 @@ TEST coarse_box_keeps_material(void)
     for (i = 0; i < 8; i++)
         for (k = 0; k < 3; k++) corner[3 * i + k] = i >> k & 1 ? 43.0f : 20.0f;
     ASSERT_EQ(SPRINGLS_OK, springls_set_mesh(ctx, corner, 8, 0, face, 12, NULL));
-    for (s = 0; s < ctx->set.count; s++) {
-        for (m = 0; m < 3; m++) rotate(&ctx->set.s[s].q[m]);
-        rotate(&ctx->set.s[s].p);
+    for (s = 0; s < ctx->model.set.count; s++) {
+        for (m = 0; m < 3; m++) rotate(&ctx->model.set.s[s].q[m]);
+        rotate(&ctx->model.set.s[s].p);
     }
     springls__constellation_changed(ctx);
     for (i = 0; i < 200; i++) {
@@ -402,7 +402,7 @@ TEST packed_forms(void)
         double outward = 0.0, r = 0.0;
         ASSERT_MEM_EQ(particle, matrix + 16 * i, 12);
         ASSERT_MEM_EQ(vertex + 3, matrix + 16 * i + 8, 12);
-        ASSERT_EQ(ctx->set.a[i].z, matrix[16 * i + 15]);
+        ASSERT_EQ(ctx->model.set.a[i].z, matrix[16 * i + 15]);
         for (k = 0; k < 3; k++) {
             double d = (double)surfel[7 * i + k] - world_center[k];
             r += d * d;
@@ -413,7 +413,7 @@ TEST packed_forms(void)
         ASSERT(surfel[7 * i + 6] > 0.0f && surfel[7 * i + 6] < 1.0f);
     }
     for (i = 0; i < 64 * 64 * 64; i += 37)
-        ASSERT_EQ(phi[i], springls__grid_voxel(&ctx->grid, ctx->grid.phi, i % 64, i / 64 % 64, i / 4096));
+        ASSERT_EQ(phi[i], springls__grid_voxel(&ctx->model.grid, ctx->model.grid.phi, i % 64, i / 64 % 64, i / 4096));
     free(matrix);
     free(surfel);
     free(phi);

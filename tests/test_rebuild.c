@@ -30,7 +30,7 @@ static double exact_distance(int which, d3 x) { return which == 0 ? sphere_dista
 /* phi times a smooth positive factor between 1/2 and 2: the same zero level, another function. */
 static void distort(springls_context *ctx)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     int i, v;
     for (i = 0; i < g->active_count; i++) {
         int o[3];
@@ -67,7 +67,7 @@ static fixture_error zero_level(springls_context *ctx, int which)
 TEST distance_is_restored(int which, double mean_error, double max_error)
 {
     springls_context *ctx = shape(which);
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     float *before, *after;
     double sum = 0.0, worst = 0.0, slope = 0.0;
     int i, n = 0, slopes = 0;
@@ -123,7 +123,7 @@ TEST rebuilding_does_not_creep(int which)
 TEST remnants_vanish(void)
 {
     springls_context *ctx = shape(0);
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     int i, x = 18, y = 15;
     fixture_seed(71);
     for (i = 0; i < 3; i++) /* within 3 to 6 voxels of the surface at z = 7.5, beside each other */
@@ -143,7 +143,7 @@ TEST remnants_vanish(void)
    on the right side; clamped values reach one voxel beyond the band. */
 static greatest_test_res check_band(springls_context *ctx, d3 center, double radius)
 {
-    springls__grid *g = &ctx->grid;
+    springls__grid *g = &ctx->model.grid;
     const int n = g->size[0];
     int x, y, z, i, dropped = 0;
     for (z = 0; z < n; z++)

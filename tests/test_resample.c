@@ -31,7 +31,7 @@ static springls_context *sizes(const springls_params *p, int count)
             q[m] = d3_add(x, d3_add(d3_scale(u, size * cos(angle)), d3_scale(v, size * sin(angle))));
         }
         fixture_add(ctx, d3_float(q[0]), d3_float(q[1]), d3_float(q[2]));
-        ctx->set.a[ctx->set.count - 1] = fixture_point(10.0f, 30.0f);
+        ctx->model.set.a[ctx->model.set.count - 1] = fixture_point(10.0f, 30.0f);
     }
     return ctx;
 }
@@ -62,7 +62,7 @@ TEST halves_inherit(void)
         ASSERT_LT(next, springls_count(ctx));
         s[1] = fixture_get(ctx, next);
         ASSERT_EQ((uint32_t)next, s[1].id);
-        ASSERT_EQ(ctx->set.mask[i], ctx->set.mask[next]);
+        ASSERT_EQ(ctx->model.set.mask[i], ctx->model.set.mask[next]);
         next++;
         for (k = 0; k < 2; k++) {
             d3 mean = d3_make(0.0, 0.0, 0.0);
@@ -124,7 +124,7 @@ TEST ids_are_never_reused(void)
     memset(seen, 0, sizeof seen);
     for (i = 0; i < 100; i++) seen[springls_ids(ctx)[i]] = 1;
     for (round = 0; round < 6; round++) {
-        uint32_t largest = ctx->set.next_id;
+        uint32_t largest = ctx->model.set.next_id;
         ASSERT_OK(springls_resample(ctx));
         for (i = 0; i < springls_count(ctx); i++) {
             uint32_t id = springls_ids(ctx)[i];

@@ -123,7 +123,7 @@ static springls_status set_mesh(const springls_desc *desc)
 
 static float *level_set(void)
 {
-    const int *size = ctx->grid.size;
+    const int *size = ctx->model.grid.size;
     float *phi = (float *)malloc((size_t)size[0] * (size_t)size[1] * (size_t)size[2] * sizeof *phi);
     if (phi && springls_copy_level_set(ctx, phi) != SPRINGLS_OK) { free(phi); phi = NULL; }
     return phi;
@@ -132,7 +132,7 @@ static float *level_set(void)
 /* Voxels inside, those at the surface by the share that a plane at distance phi leaves. */
 static double inside_volume(const float *phi)
 {
-    size_t i, n = (size_t)ctx->grid.size[0] * (size_t)ctx->grid.size[1] * (size_t)ctx->grid.size[2];
+    size_t i, n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     double v = 0.0;
     for (i = 0; i < n; i++) {
         double x = 0.5 - (double)phi[i];
@@ -144,7 +144,7 @@ static double inside_volume(const float *phi)
 /* Largest difference from a sphere's distance, both clamped at `clamp`. */
 static double sphere_error(const float *phi, double c, double r, double clamp)
 {
-    int x, y, z, n = ctx->grid.size[0];
+    int x, y, z, n = ctx->model.grid.size[0];
     double worst = 0.0;
     for (z = 0; z < n; z++)
         for (y = 0; y < n; y++)
@@ -182,10 +182,10 @@ TEST sphere_is_exact(void)
     ASSERT_IN_RANGE(4.0 * 3.14159265 * 225.0, report.area, 5.0);
     ASSERT_EQ(triangles, springls_count(ctx));
     for (i = 0; i < triangles; i++) { /* every triangle is there, in order */
-        const springls__springl *s = &ctx->set.s[i];
+        const springls__springl *s = &ctx->model.set.s[i];
         const float *a = position + 3 * triangle[3 * i];
         ASSERT(s->q[0].x == a[0] && s->q[0].y == a[1] && s->q[0].z == a[2]);
-        ASSERT(ctx->set.a[i].x == s->p.x && ctx->set.generation[i] == 0);
+        ASSERT(ctx->model.set.a[i].x == s->p.x && ctx->model.set.generation[i] == 0);
     }
     phi = level_set();
     ASSERT(phi != NULL);
@@ -206,7 +206,7 @@ TEST inside_out_is_turned(void)
     ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
     ASSERT(report.closed && report.flipped && report.volume < 0.0);
     ASSERT(strstr(warning, "inside out") != NULL);
-    ASSERT_GT(springls__dot(springls__springl_normal(&ctx->set.s[0]), springls__sub(ctx->set.s[0].p, springls__v3_make(20, 20, 20))), 0.0f);
+    ASSERT_GT(springls__dot(springls__springl_normal(ctx->model.set.s[0]), springls__sub(ctx->model.set.s[0].p, springls__v3_make(20, 20, 20))), 0.0f);
     phi = level_set();
     ASSERT_LT(sphere_error(phi, 20, 12.0, 3.0), 0.06);
     free(phi);
@@ -248,7 +248,7 @@ TEST mirrored_grid(void)
     add_sphere(19, 20, 20, 12.0, 80, 40, 1.0);
     ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
     ASSERT(report.closed && !report.flipped && report.volume > 0.0);
-    ASSERT_GT(springls__dot(springls__springl_normal(&ctx->set.s[9]), springls__sub(ctx->set.s[9].p, springls__v3_make(20, 20, 20))), 0.0f);
+    ASSERT_GT(springls__dot(springls__springl_normal(ctx->model.set.s[9]), springls__sub(ctx->model.set.s[9].p, springls__v3_make(20, 20, 20))), 0.0f);
     phi = level_set();
     ASSERT_LT(sphere_error(phi, 20, 12.0, 3.0), 0.06);
     free(phi);
@@ -326,9 +326,9 @@ TEST springls_cover_the_film(void)
     count = springls_count(ctx);
     ASSERT_GT(count, triangles + 100);
     for (i = triangles; i < count; i++) {
-        springls__v3 p = ctx->set.s[i].p, a = ctx->set.a[i];
+        springls__v3 p = ctx->model.set.s[i].p, a = ctx->model.set.a[i];
         ASSERT(springls__length(springls__sub(p, a)) == 0.0f);
-        ASSERT(springls__springl_normal(&ctx->set.s[i]).z > 0.5f);
+        ASSERT(springls__springl_normal(ctx->model.set.s[i]).z > 0.5f);
         lowest += p.z < 24.0f;
     }
     ASSERT_EQ(0, lowest);
@@ -394,7 +394,7 @@ TEST turned_faces_are_repaired(void)
     ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
     ASSERT(!report.closed && report.misoriented_edges > 100 && !report.flipped);
     for (t = 0; t < triangles; t++)
-        ASSERT(springls__dot(springls__springl_normal(&ctx->set.s[t]), springls__sub(ctx->set.s[t].p, springls__v3_make(20, 20, 20))) > 0.0f);
+        ASSERT(springls__dot(springls__springl_normal(ctx->model.set.s[t]), springls__sub(ctx->model.set.s[t].p, springls__v3_make(20, 20, 20))) > 0.0f);
     phi = level_set();
     ASSERT_LT(sphere_error(phi, 20, 12.0, 3.0), 0.06);
     free(phi);

@@ -110,7 +110,7 @@ static springls_context *make_dumbbell(dumbbell *shape)
 static int deep_springls(springls_context *ctx, float depth)
 {
     int i, n = 0;
-    for (i = 0; i < springls_count(ctx); i++) n += springls__phi_or_beyond(&ctx->grid, fixture_particle(ctx, i)) < -depth;
+    for (i = 0; i < springls_count(ctx); i++) n += springls__phi_or_beyond(&ctx->model.grid, fixture_particle(ctx, i)) < -depth;
     return n;
 }
 
@@ -193,11 +193,11 @@ static springls_context *empty_level_set(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 4.0f, 4.0f, 4.0f, 3.0f);
     fixture_clear(ctx);
-    springls__grid_clear(ctx, &ctx->grid, false);
+    springls__grid_clear(ctx, &ctx->model.grid, false);
     return ctx;
 }
 
-static float phi_at(springls_context *ctx, int x, int y, int z) { return springls__grid_phi(&ctx->grid, ctx->grid.phi, x, y, z); }
+static float phi_at(springls_context *ctx, int x, int y, int z) { return springls__grid_phi(&ctx->model.grid, ctx->model.grid.phi, x, y, z); }
 
 /* Between the two sides of a sheet voxels become inside, at the springls' distance, though phi has nothing there: also where
    the bricks have to be made first. */

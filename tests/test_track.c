@@ -16,17 +16,17 @@ TEST projection_converges(void)
     count = springls_count(ctx);
     fixture_seed(71);
     for (i = 0; i < count; i++) {
-        d3 n = d3_sub(d3_of(ctx->set.a[i]), center);
+        d3 n = d3_sub(d3_of(ctx->model.set.a[i]), center);
         double off = (double)fixture_between(-1.5f, 1.5f);
-        ctx->set.a[i] = d3_float(d3_mad(center, n, (10.0 + off) / d3_length(n)));
+        ctx->model.set.a[i] = d3_float(d3_mad(center, n, (10.0 + off) / d3_length(n)));
     }
     for (i = 0; i < count; i++) { /* one step, then the stage */
-        springls__v3 a = ctx->set.a[i];
+        springls__v3 a = ctx->model.set.a[i];
         double off = d3_distance(d3_of(a), center) - 10.0;
         d3 direction = d3_sub(d3_of(a), center);
-        ctx->set.a[i] = springls__project_on_original(ctx, a);
-        ASSERT_IN_RANGE(off / 16.0, d3_distance(d3_of(ctx->set.a[i]), center) - 10.0, 0.06);
-        ASSERT_GT(d3_dot(direction, d3_sub(d3_of(ctx->set.a[i]), center)) / d3_length(direction) / d3_distance(d3_of(ctx->set.a[i]), center), 0.9995);
+        ctx->model.set.a[i] = springls__project_on_original(ctx, a);
+        ASSERT_IN_RANGE(off / 16.0, d3_distance(d3_of(ctx->model.set.a[i]), center) - 10.0, 0.06);
+        ASSERT_GT(d3_dot(direction, d3_sub(d3_of(ctx->model.set.a[i]), center)) / d3_length(direction) / d3_distance(d3_of(ctx->model.set.a[i]), center), 0.9995);
     }
     ASSERT_OK(springls_track(ctx));
     for (i = 0; i < count; i++) ASSERT_IN_RANGE(10.0, d3_distance(d3_of(fixture_origin(ctx, i)), center), 0.03);
@@ -41,7 +41,7 @@ TEST reference_is_what_was_set(void)
     int i;
     ASSERT_OK(fixture_translate(ctx, 4.0f, 0.0f, 0.0f));
     ASSERT_OK(springls_unsigned_to_signed(ctx));
-    for (i = 0; i < springls_count(ctx); i++) ctx->set.a[i] = springls__add(ctx->set.a[i], springls__v3_make(0.0f, 0.0f, 0.5f));
+    for (i = 0; i < springls_count(ctx); i++) ctx->model.set.a[i] = springls__add(ctx->model.set.a[i], springls__v3_make(0.0f, 0.0f, 0.5f));
     ASSERT_OK(springls_track(ctx));
     for (i = 0; i < springls_count(ctx); i++)
         ASSERT_IN_RANGE(8.0, d3_distance(d3_of(fixture_origin(ctx, i)), d3_make(13.5, 15.5, 15.5)), 0.1);
@@ -53,12 +53,12 @@ TEST reference_is_what_was_set(void)
     for (i = 0; i < springls_count(ctx); i++) {
         springls__v3 a = fixture_origin(ctx, i), p = fixture_particle(ctx, i);
         ASSERT_MEM_EQ(&p, &a, sizeof a);
-        ctx->set.a[i] = springls__add(a, springls__v3_make(0.0f, 0.5f, 0.0f));
+        ctx->model.set.a[i] = springls__add(a, springls__v3_make(0.0f, 0.5f, 0.0f));
     }
     ASSERT_OK(springls_track(ctx));
     for (i = 0; i < springls_count(ctx); i++) { /* onto the zero level as it is now, four voxels further */
         springls__v3 a = fixture_origin(ctx, i);
-        float d = springls__grid_sample_smooth(&ctx->grid, ctx->grid.phi, a); /* the zero that eq. 26 steps to */
+        float d = springls__grid_sample_smooth(&ctx->model.grid, ctx->model.grid.phi, a); /* the zero that eq. 26 steps to */
         ASSERT_IN_RANGE(0.0, d, 0.08); /* a sixteenth of a voxel, and interpolation */
         ASSERT_IN_RANGE(8.0, d3_distance(d3_of(a), d3_make(17.5, 15.5, 15.5)), 0.5);
     }
@@ -92,7 +92,7 @@ TEST new_springls_ask_their_neighbours(void)
     int fresh, i, m, n = 0;
     ctx = field(&p, &fresh);
     fixture_seed(72);
-    for (i = 0; i < fresh; i++) ctx->set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
+    for (i = 0; i < fresh; i++) ctx->model.set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
     ASSERT_OK(springls__cells_build(ctx));
     for (i = 0; i < fresh; i++) { /* within R: some vertex or the particle is that close to the other's triangle */
         fixture_springl s = fixture_get(ctx, i), f = fixture_get(ctx, fresh);
@@ -109,10 +109,10 @@ TEST new_springls_ask_their_neighbours(void)
         n++;
     }
     ASSERT_GT(n, 2);
-    a = springls__adopt_correspondence(ctx, &ctx->set.s[fresh], fresh);
+    a = springls__adopt_correspondence(ctx, &ctx->model.set.s[fresh], fresh);
     ASSERT_LT(d3_distance(d3_scale(mean, 1.0 / n), d3_of(a)), 1e-5);
-    ctx->params.nearest_rule = 1e-4f; /* any average is too far now */
-    a = springls__adopt_correspondence(ctx, &ctx->set.s[fresh], fresh);
+    ctx->model.params.nearest_rule = 1e-4f; /* any average is too far now */
+    a = springls__adopt_correspondence(ctx, &ctx->model.set.s[fresh], fresh);
     ASSERT_LT(d3_distance(nearest_a, d3_of(a)), 1e-5);
     springls_destroy(ctx);
     PASS();
@@ -126,9 +126,9 @@ TEST the_range_grows(void)
     springls__v3 a;
     fixture_add(ctx, springls__v3_make(5.0f, 5.0f, 5.0f), springls__v3_make(6.0f, 5.0f, 5.0f), springls__v3_make(5.0f, 6.0f, 5.0f));
     fixture_add(ctx, springls__v3_make(12.0f, 5.0f, 5.0f), springls__v3_make(13.0f, 5.0f, 5.0f), springls__v3_make(12.0f, 6.0f, 5.0f));
-    ctx->set.a[0] = springls__v3_make(1.0f, 2.0f, 3.0f);
+    ctx->model.set.a[0] = springls__v3_make(1.0f, 2.0f, 3.0f);
     ASSERT_OK(springls__cells_build(ctx));
-    a = springls__adopt_correspondence(ctx, &ctx->set.s[1], 1);
+    a = springls__adopt_correspondence(ctx, &ctx->model.set.s[1], 1);
     ASSERT_EQ(1.0f, a.x);
     ASSERT_EQ(2.0f, a.y);
     ASSERT_EQ(3.0f, a.z);

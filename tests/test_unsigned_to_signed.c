@@ -120,12 +120,12 @@ TEST turned_springls_do_little_harm(void)
     float *phi;
     int i, turned = 0;
     for (i = 0; i < springls_count(ctx); i++) {
-        springls__springl *s = &ctx->set.s[i];
+        springls__springl *s = &ctx->model.set.s[i];
         springls__v3 q = s->q[1];
         if (fixture_bits() % 100u >= 3) continue;
         s->q[1] = s->q[2];
         s->q[2] = q;
-        springls__springl_finish(s);
+        *s = springls__springl_finished(*s);
         turned++;
     }
     ASSERT_GT(turned, 50);

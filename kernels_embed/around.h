@@ -1,16 +1,16 @@
 /* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */
 
 /* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */
-SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls__v3 x, float radius)
+SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, springls__v3 x, float radius)
 {
-    springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, radius);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
     float best = radius * radius;
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        const springls__springl *s = &ctx->set.s[i];
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float d2, reach = radius + s->reach;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(s)), x);
+        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
             nearest = i;
@@ -20,29 +20,29 @@ SPRINGLS__FN int springls__nearest_springl(const springls_context *ctx, springls
 }
 
 /* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__FN springls__opening springls__opening_at(const springls_context *ctx, springls__v3 x, springls__v3 n, float r, float high)
+SPRINGLS__MATHS springls__opening springls__opening_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
 {
     springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(&ctx->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
     }
     return springls__fan_opening(fan);
 }
 
 /* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
    thinner than a voxel is to break. Particles of both sides count, those right above or below have no direction. */
-SPRINGLS__FN bool springls__in_sheet(const springls_context *ctx, springls__v3 x, springls__v3 n)
+SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
     springls__fan fan = springls__fan_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(ctx, x, r);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        springls__v3 d = springls__sub(ctx->set.s[other].p, x);
+        springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
         if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);
     }

@@ -1,0 +1,117 @@
+/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in
+   `large` instead, so that one huge triangle does not widen every search. */
+
+/* The cell of a voxel within its brick. */
+SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
+{
+    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
+}
+
+/* The range of bricks within `margin` of p, as far as there are any. */
+SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
+{
+    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
+    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
+    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
+    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
+    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
+    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
+}
+
+/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
+typedef struct springls__cell_walk {
+    const springls__grid *g;
+    const springls__cells *cells;
+    int lo[3], hi[3], x, y, z;
+    uint32_t next, end;
+    int large;
+} springls__cell_walk;
+
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)
+{
+    springls__cell_walk walk;
+    const springls__grid *g = &model->grid;
+    walk.g = g;
+    walk.cells = &model->cells;
+    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
+    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
+    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
+    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
+    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
+    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
+    walk.x = walk.lo[0];
+    walk.y = walk.lo[1];
+    walk.z = walk.lo[2];
+    walk.next = walk.end = 0;
+    walk.large = 0;
+    return walk;
+}
+
+/* The next springl, or -1 at the end. */
+SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__grid *g = walk->g;
+        SPRINGLS__GLOBAL const uint32_t *cell;
+        int last;
+        if (walk->z > walk->hi[2]) {
+            return walk->large < walk->cells->large_count ? (int)walk->cells->large[walk->large++] : -1;
+        }
+        last = springls__imin(walk->x | 7, walk->hi[0]);
+        cell = g->cell + (size_t)springls__slot_at(g, walk->x, walk->y, walk->z) * SPRINGLS__CELLS;
+        walk->next = cell[springls__cell_in_brick(walk->x, walk->y, walk->z)];
+        walk->end = cell[springls__cell_in_brick(last, walk->y, walk->z) + 1];
+        walk->x = last + 1;
+        if (walk->x > walk->hi[0]) {
+            walk->x = walk->lo[0];
+            walk->y += SPRINGLS__CELL;
+            if (walk->y > walk->hi[1]) {
+                walk->y = walk->lo[1];
+                walk->z += SPRINGLS__CELL;
+            }
+        }
+    }
+    return (int)walk->cells->ids[walk->next++];
+}
+
+/* All springls whose particle may lie within r of x, and some more. */
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
+{
+    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+}
+
+/* All springls of which some point may lie within `radius` of the box. */
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,
+                                                            float radius)
+{
+    float r = radius + model->cells.reach;
+    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+}
+
+/* Which cell a particle is in, counted through all slots; or that its springl is large, or its brick not active yet. */
+#define SPRINGLS__LARGE_KEY 0xffffffffu
+#define SPRINGLS__MISSING_KEY 0xfffffffeu
+
+SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__job job, int i)
+{
+    const float reach_cap = 2.5f; /* twice that of a springl about to be split */
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
+    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
+    (void)job;
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->reach > reach_cap ? SPRINGLS__LARGE_KEY
+                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
+}
+
+/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */
+SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *cell)
+{
+    uint32_t reach = 0;
+    int y, z;
+    for (z = 0; z < 4; z++)
+        for (y = 0; y < 4; y++, cell += 4)
+            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+    return reach;
+}

@@ -1,0 +1,97 @@
+/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
+
+/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level
+   is no guide, as it comes and goes with the voxels inside: there none must come within `on_sheets`. */
+SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n, float covered, float on_sheets)
+{
+    const float r = springls__max(on_sheets, covered);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, x, r);
+    float nearest2 = FLT_MAX;
+    bool sheet = false;
+    int i;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        float reach = r + s->reach;
+        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
+        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));
+        if (nearest2 <= covered * covered) return false;
+        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
+    }
+    return sheet ? nearest2 > r * r : nearest2 > covered * covered;
+}
+
+#define SPRINGLS__CUBES 729 /* a brick */
+
+/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    float tile[SPRINGLS__TILE_VOXELS];
+    uint32_t count = 0u;
+    int x, y, z, k;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
+    for (k = 0; k < SPRINGLS__CUBES; k++) exposed[k] = 0;
+    for (z = range.lo[2]; z <= range.hi[2]; z++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++)
+            for (x = range.lo[0]; x <= range.hi[0]; x++) {
+                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+                int mask = springls__mc_case(cell);
+                for (k = 0; k < springls__mc_count(mask); k++) {
+                    springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
+                    if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
+                    exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
+                    count++;
+                }
+            }
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = count;
+}
+
+/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
+SPRINGLS__MATHS void springls__fill_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
+    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    float tile[SPRINGLS__TILE_VOXELS];
+    bool loaded = false;
+    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
+        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
+        springls__mc_cell cell;
+        if (!exposed[cube]) continue;
+        if (!loaded) springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
+        loaded = true;
+        cell = springls__tile_cube(tile, x, y, z);
+        for (k = 0; k < 8; k++) {
+            springls__springl s;
+            springls__tri t;
+            if (!(exposed[cube] >> k & 1)) continue;
+            if (at == job.i[0]) return;
+            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
+            s.q[0] = t.a;
+            s.q[1] = t.b;
+            s.q[2] = t.c;
+            s.p = springls__tri_centroid(t);
+            springls__springl_add(model, model->set.count + at++, s, s.p, 1u, 0);
+        }
+    }
+}
+
+/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
+SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, springls__job job, int i)
+{
+    int first = job.i[0], n = first + i, m;
+    springls__springl s = model->set.s[n];
+    springls__v3 a = springls__adopt_correspondence(model, s, first);
+    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
+        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
+        if (fit.ok) {
+            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
+            s.p = fit.point;
+            a = fit.a;
+        }
+    }
+    model->set.s[n] = s;
+    model->set.a[n] = springls__project_on_original(model, a);
+    model->set.was[n] = s.p; /* it has been placed, not moved */
+}

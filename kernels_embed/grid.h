@@ -1,0 +1,239 @@
+/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.
+
+   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the
+   object ends half a voxel beyond the outermost voxel centres, and its surface is always closed. */
+
+SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
+
+SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)
+{
+    return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));
+}
+
+SPRINGLS__MATHS int springls__slot_at(const springls__grid *g, int x, int y, int z)
+{
+    return g->top[springls__brick_at(g, x, y, z)];
+}
+
+SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
+{
+    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
+}
+
+/* The first voxel of a slot's brick. */
+SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
+{
+    int brick = g->slot_brick[slot];
+    origin[0] = 8 * (brick % g->bricks[0]);
+    origin[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);
+    origin[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));
+}
+
+/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
+   (dx+1) + 3(dy+1) + 9(dz+1). */
+SPRINGLS__MATHS uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+{
+    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
+    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
+    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
+}
+
+/* Value at a voxel of the domain. */
+SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
+{
+    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
+}
+
+SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int y, int z)
+{
+    return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];
+}
+
+/* phi at any voxel; beyond the domain by the border rule above. */
+SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+{
+    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),
+                                   springls__iclamp(z, 0, g->size[2] - 1));
+    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
+}
+
+/* Trilinear value at x, the border rule included. */
+SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    float fx = springls__clamp(x.x, -1.0f, (float)g->size[0]), fy = springls__clamp(x.y, -1.0f, (float)g->size[1]);
+    float fz = springls__clamp(x.z, -1.0f, (float)g->size[2]);
+    int i = (int)springls__floor(fx), j = (int)springls__floor(fy), k = (int)springls__floor(fz), c;
+    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
+    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
+    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);
+        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
+        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
+    } else if (inner) {
+        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+    } else {
+        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+    }
+    return springls__trilinear(corner, u, v, w);
+}
+
+/* Value at x to third order: trilinear interpolation adds u (1 - u) / 2 times the second difference along each axis. */
+SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    float c = springls__grid_sample(g, phi, x);
+    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
+    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
+    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
+    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
+    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
+}
+
+/* Gradient of the trilinear values by central differences over one voxel. */
+SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+{
+    const float h = 0.5f;
+    return springls__v3_make(
+        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
+        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
+        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
+}
+
+/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
+#define SPRINGLS__TILE 10
+#define SPRINGLS__TILE_VOXELS 1000
+
+SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
+
+SPRINGLS__MATHS void springls__load_border_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], float *tile)
+{
+    int x, y, z;
+    for (z = -1; z <= 8; z++)
+        for (y = -1; y <= 8; y++)
+            for (x = -1; x <= 8; x++)
+                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
+}
+
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, float *tile)
+{
+    SPRINGLS__GLOBAL const float *inner;
+    int origin[3], x, y, z;
+    springls__slot_origin(g, slot, origin);
+    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
+        || origin[2] + 9 > g->size[2]) {
+        springls__load_border_tile(g, field, origin, tile);
+        return;
+    }
+    for (z = -1; z <= 8; z++) {
+        for (y = -1; y <= 8; y++) {
+            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
+            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);
+            float *out = tile + springls__tile_index(0, y, z);
+            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];
+            inner = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
+            for (x = 0; x < 8; x++) out[x] = inner[x];
+            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];
+        }
+    }
+}
+
+/* One voxel and its six neighbours. */
+typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;
+
+/* The smallest and the largest of the six neighbours. */
+SPRINGLS__MATHS float springls__least(springls__cross7 v)
+{
+    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
+}
+
+SPRINGLS__MATHS float springls__most(springls__cross7 v)
+{
+    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
+}
+
+SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)
+{
+    springls__cross7 v;
+    v.c = t[0];
+    v.xm = t[-1];
+    v.xp = t[1];
+    v.ym = t[-SPRINGLS__TILE];
+    v.yp = t[SPRINGLS__TILE];
+    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];
+    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];
+    return v;
+}
+
+/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
+#define SPRINGLS__WIDE_MARGIN 3
+#define SPRINGLS__WIDE 14
+
+typedef struct springls__wide_tile {
+    const springls__grid *g;
+    SPRINGLS__GLOBAL const float *field;
+    int origin[3];
+    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];
+} springls__wide_tile;
+
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__wide_tile *tile)
+{
+    const int m = SPRINGLS__WIDE_MARGIN;
+    int x, y, z;
+    bool border = false;
+    float *out = tile->value;
+    tile->g = g;
+    tile->field = field;
+    for (x = 0; x < 3; x++) {
+        tile->origin[x] = origin[x];
+        border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
+    }
+    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)
+        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {
+            if (border) {
+                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
+            } else {
+                SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+                size_t row = (size_t)springls__voxel_in_brick(0, y, z);
+                SPRINGLS__GLOBAL const float *lower = field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m;
+                SPRINGLS__GLOBAL const float *own = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
+                SPRINGLS__GLOBAL const float *upper = field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row;
+                for (x = 0; x < m; x++) out[x] = lower[x];
+                for (x = 0; x < 8; x++) out[m + x] = own[x];
+                for (x = 0; x < m; x++) out[m + 8 + x] = upper[x];
+            }
+        }
+}
+
+/* Trilinear value at x, in voxels from the brick's first one. */
+SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
+{
+    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
+    const float lower = (float)-m, upper = (float)(7 + m);
+    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
+    const float *t;
+    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
+        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
+        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
+    }
+    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
+    corner[0] = t[0];
+    corner[1] = t[1];
+    corner[2] = t[sy];
+    corner[3] = t[sy + 1];
+    corner[4] = t[sz];
+    corner[5] = t[sz + 1];
+    corner[6] = t[sz + sy];
+    corner[7] = t[sz + sy + 1];
+    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
+}
+
+
+SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }
+
+/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
+SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
+{
+    at[0] = origin[0] + 8 * (d % 3 - 1);
+    at[1] = origin[1] + 8 * (d / 3 % 3 - 1);
+    at[2] = origin[2] + 8 * (d / 9 - 1);
+    return springls__grid_contains(g, at[0], at[1], at[2]);
+}

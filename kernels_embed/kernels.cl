@@ -1,0 +1,21 @@
+/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */
+
+#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,
+#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;
+
+/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`. */
+#define SPRINGLS__ENTRY(kernel_name, grain, writes)                                                                              \
+    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
+                                         springls__job job, int count)                                                           \
+    {                                                                                                                            \
+        springls__model model;                                                                                                   \
+        int i = (int)get_global_id(0);                                                                                           \
+        if (i >= count) return;                                                                                                  \
+        SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                       \
+        springls__shape_set(&model, shape);                                                                                      \
+        model.params = params;                                                                                                   \
+        springls__##kernel_name##_element(&model, job, i);                                                                       \
+    }
+
+SPRINGLS__KERNELS(SPRINGLS__ENTRY)
+SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)

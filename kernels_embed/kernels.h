@@ -1,0 +1,46 @@
+/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
+   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
+   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
+
+/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
+#define SPRINGLS__KERNELS(X)                                                                          \
+    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
+    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
+    X(orient, 256, SPRINGLS__BIT(S))                                                                \
+    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
+    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
+    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
+    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
+    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
+    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
+    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
+    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
+    X(track, 256, SPRINGLS__BIT(A))                                                                 \
+    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
+    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
+    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
+    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
+    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
+    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
+    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
+    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
+    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
+    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
+    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
+    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
+    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
+    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
+    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
+    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+
+/* Those whose loop is in lanes_*.h. */
+#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
+    X(relax, 128, SPRINGLS__BIT(SCRATCH1))

@@ -1,0 +1,195 @@
+/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+
+/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
+typedef struct springls__springl {
+    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
+    springls__v3 p;         /* particle                                                                         */
+    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
+    float reach;            /* max |q[m] - p|                                                                   */
+} springls__springl;
+
+/* The constellation: arrays of `count` elements each. */
+typedef struct springls__constellation {
+    SPRINGLS__GLOBAL springls__springl *s;
+    SPRINGLS__GLOBAL springls__v3 *a;         /* correspondence on the original surface                         */
+    SPRINGLS__GLOBAL uint32_t *id;
+    SPRINGLS__GLOBAL uint32_t *generation;
+    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
+    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */
+    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
+    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
+    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */
+    int count, at_edges; /* at_edges: how many lie at a sharp edge */
+    uint32_t next_id;
+} springls__constellation;
+
+/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
+   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
+#define SPRINGLS__BRICK 8
+#define SPRINGLS__BRICK_VOXELS 512
+#define SPRINGLS__OUTSIDE 0
+#define SPRINGLS__INSIDE 1
+#define SPRINGLS__FIRST_SLOT 2
+#define SPRINGLS__CELL 2   /* a cell of springls is two voxels wide ... */
+#define SPRINGLS__CELLS 65 /* ... 64 a brick, and one more              */
+
+typedef struct springls__grid {
+    int size[3];                        /* voxels                                                               */
+    int bricks[3];                      /* of the top table                                                     */
+    SPRINGLS__GLOBAL int *top;          /* brick -> slot                                                        */
+    SPRINGLS__GLOBAL int *slot_brick;   /* slot -> brick                                                        */
+    SPRINGLS__GLOBAL int *active;       /* slots in use, ordered by brick: the order of every loop over bricks  */
+    SPRINGLS__GLOBAL int *free_slots;
+    int active_count, free_count, slot_count;
+    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
+    SPRINGLS__GLOBAL float *phi_next;
+    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */
+    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
+    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
+} springls__grid;
+
+/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
+typedef struct springls__cells {
+    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */
+    SPRINGLS__GLOBAL uint32_t *near_first; /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1    */
+    SPRINGLS__GLOBAL uint32_t *near_ids;
+    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */
+    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */
+    float reach;                           /* of the springls that are in cells                                 */
+    int large_count;
+} springls__cells;
+
+#define SPRINGLS__SCRATCHES 8
+
+typedef struct springls__model {
+    springls__constellation set;
+    springls__grid grid;
+    springls__grid reference;           /* phi_ref: top table and phi only                                      */
+    springls__cells cells;
+    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
+    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
+    springls_params params;
+} springls__model;
+
+/* All arrays: name, element, elements that belong together, place in the model. */
+#define SPRINGLS__ARRAYS(X)                                                                                                       \
+    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \
+    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \
+    X(WAS, springls__v3, 1, set.was)                                                                                              \
+    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
+    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
+    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \
+    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \
+    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \
+    X(IDS, uint32_t, 1, cells.ids) X(NEAR_FIRST, uint32_t, 1, cells.near_first) X(NEAR_IDS, uint32_t, 1, cells.near_ids)          \
+    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
+    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
+    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
+    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])
+
+#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
+#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
+
+/* The numbers that one run of a kernel is given besides. */
+typedef struct springls__job { int i[4]; float f[4]; } springls__job;
+
+/* With what follows from q and p. */
+SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)
+{
+    float reach2 = 0.0f;
+    int m;
+    for (m = 0; m < 3; m++) {
+        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
+        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
+    }
+    s.reach = springls__sqrt(reach2);
+    return s;
+}
+
+SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
+{
+    springls__tri t;
+    t.a = s.q[0]; t.b = s.q[1]; t.c = s.q[2];
+    return t;
+}
+
+SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { return springls__tri_normal(springls__springl_tri(s)); }
+
+/* Does springl i lie at a sharp edge that is to be kept? */
+SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
+
+/* A new springl in place i, at or beyond `count`: its id follows from the place. */
+SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
+{
+    model->set.s[i] = springls__springl_finished(s);
+    model->set.a[i] = a;
+    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
+    model->set.generation[i] = generation;
+    model->set.mask[i] = mask;
+    model->set.part[i] = -1;
+    model->set.edge[i] = 0;
+    model->set.phi[i] = 0.0f;
+    model->set.was[i] = s.p;
+}
+
+/* phi has been made to follow the springls. */
+SPRINGLS__MATHS void springls__phi_in_step_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    model->set.was[i] = model->set.s[i].p;
+}
+
+/* To SCRATCH7: how far a particle has come since then, squared. */
+SPRINGLS__MATHS void springls__way_element(const springls__model *model, springls__job job, int i)
+{
+    (void)job;
+    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.was[i]));
+}
+
+/* The model's numbers, as kernels are given them. */
+typedef struct springls__shape {
+    int size[3], bricks[3], springls, at_edges;
+    uint32_t next_id;
+    int active_count, free_count, slot_count, large_count;
+    float far_value, reference_far_value, reach;
+} springls__shape;
+
+SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
+{
+    springls__shape shape;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        shape.size[axis] = model->grid.size[axis];
+        shape.bricks[axis] = model->grid.bricks[axis];
+    }
+    shape.springls = model->set.count;
+    shape.at_edges = model->set.at_edges;
+    shape.next_id = model->set.next_id;
+    shape.active_count = model->grid.active_count;
+    shape.free_count = model->grid.free_count;
+    shape.slot_count = model->grid.slot_count;
+    shape.large_count = model->cells.large_count;
+    shape.far_value = model->grid.far_value;
+    shape.reference_far_value = model->reference.far_value;
+    shape.reach = model->cells.reach;
+    return shape;
+}
+
+SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape shape)
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];
+        model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];
+    }
+    model->set.count = shape.springls;
+    model->set.at_edges = shape.at_edges;
+    model->set.next_id = shape.next_id;
+    model->grid.active_count = shape.active_count;
+    model->grid.free_count = shape.free_count;
+    model->grid.slot_count = shape.slot_count;
+    model->cells.large_count = shape.large_count;
+    model->grid.far_value = shape.far_value;
+    model->reference.far_value = shape.reference_far_value;
+    model->cells.reach = shape.reach;
+}

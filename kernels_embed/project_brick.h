@@ -1,0 +1,275 @@
+/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */
+
+/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */
+SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__job job, int i)
+{
+    SPRINGLS__GLOBAL springls__oriented *o = (SPRINGLS__GLOBAL springls__oriented *)model->scratch[0] + i;
+    int in_cells = model->set.count - model->cells.large_count;
+    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
+    springls__springl s = model->set.s[n];
+    (void)job;
+    o->p = s.p;
+    o->n = springls__springl_normal(s);
+    o->moved = springls__sub(s.p, model->set.was[n]);
+    o->edge = springls__at_edge(model, (int)n);
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriented(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL const springls__oriented *)model->scratch[0];
+}
+
+/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
+#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
+
+typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
+
+SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
+{
+    if (first == end) return;
+    near_by->first[near_by->count] = first;
+    near_by->end[near_by->count++] = end;
+}
+
+SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model *model, const int origin[3])
+{
+    const springls__grid *g = &model->grid;
+    springls__near_ranges near_by;
+    int x, y, z;
+    near_by.count = 0;
+    for (z = -SPRINGLS__CELL; z < 8 + SPRINGLS__CELL; z += SPRINGLS__CELL)
+        for (y = -SPRINGLS__CELL; y < 8 + SPRINGLS__CELL; y += SPRINGLS__CELL)
+            for (x = -8; x <= 8; x += 8) {
+                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
+                SPRINGLS__GLOBAL const uint32_t *cell;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
+                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
+                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
+                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
+                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1]);
+            }
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count);
+    return near_by;
+}
+
+/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */
+#define SPRINGLS__SUM_OFFSET 0
+#define SPRINGLS__SUM_NORMAL 3
+#define SPRINGLS__SUM_MOVED 6
+#define SPRINGLS__SUM_WEIGHT 9
+#define SPRINGLS__SUM_HEIGHT 10
+#define SPRINGLS__SUMS 11
+
+typedef struct springls__brick_sums {
+    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */
+    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */
+    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];
+} springls__brick_sums;
+
+SPRINGLS__MATHS springls__moments springls__moments_load(const springls__brick_sums *sums, int i)
+{
+    springls__moments m;
+    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);
+    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);
+    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);
+    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];
+    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];
+    return m;
+}
+
+/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
+
+/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
+SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out);
+
+/* Does a place in a brick's own voxels come near one of them, along one axis? */
+SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
+
+/* The first and the last of them that it comes near. */
+SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x - (SPRINGLS__PROJECT_RADIUS - 1.0f), 0.0f); }
+SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
+
+/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], bool nearest, springls__brick_sums *sums)
+{
+    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
+    int y0, y1, z0, z1, y, z;
+    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
+    y0 = springls__first_near(p.y);
+    y1 = springls__last_near(p.y);
+    z0 = springls__first_near(p.z);
+    z1 = springls__last_near(p.z);
+    offset.x = -p.x;
+    for (z = z0; z <= z1; z++) {
+        offset.z = (float)z - p.z;
+        for (y = y0; y <= y1; y++) {
+            offset.y = (float)y - p.y;
+            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
+            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
+        }
+    }
+}
+
+/* The nearest springl of every voxel, then the sums over those that face the same way. */
+SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
+                                            springls__brick_sums *sums)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k, v;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    for (k = 0; k < 3; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->facing[k][v] = 0.0f;
+    for (k = 0; k < SPRINGLS__SUMS; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->sum[k][v] = 0.0f;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, true, sums);
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, false, sums);
+}
+
+SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    if (!model->params.keep_edges || model->set.at_edges == 0) return false;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge) return true;
+    return false;
+}
+
+/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
+SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)
+{
+    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__crowd crowd;
+    springls__say say;
+    int r, k, edges = 0;
+    crowd.count = 0;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
+            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
+            if (weight <= 0.0f) continue;
+            edges += s->edge;
+            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);
+        }
+    if (edges == 0) return false;
+    say = springls__edge_distance(&crowd, x);
+    if (say.weight <= 0.0f) return false;
+    *phi = springls__edge_phi(*phi, say.distance);
+    return true;
+}
+
+/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
+SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
+{
+    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    int r, k;
+    for (r = 0; r < near_by->count; r++)
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
+            springls__v3 d = springls__sub(x, s->p);
+            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+        }
+    return false;
+}
+
+/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
+   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
+   thread may break. */
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,
+                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,
+                                           float phi)
+{
+    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
+    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
+    springls__v3 x = springls__add(at, springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]));
+    springls__projection f;
+    if (carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
+    if (!model->params.project_level_set) return phi;
+    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
+    f = springls__moments_distance(sum);
+    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+        && springls__in_sheet(model, x, springls__normalize(sum.normal)))
+        return f.distance;
+    return springls__corrected_phi(phi, f);
+}
+
+/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool carry = job.i[0] != 0, some, at_edge;
+    uint8_t in_doubt = 0;
+    springls__brick_sums sums;
+    springls__wide_tile tile;
+    springls__near_ranges near_by;
+    int v, o[3];
+    springls__slot_origin(g, g->active[i], o);
+    near_by = springls__near_brick(model, o);
+    some = near_by.count > 0;
+    at_edge = some && springls__near_edge(model, &near_by);
+    if (some) springls__brick_sums_take(model, &near_by, o, &sums);
+    if (some && carry) springls__load_wide_tile(g, g->phi, o, &tile);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+        out[v] = phi[v];
+        if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
+            out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(&sums, v), carry, at_edge, phi[v]);
+        } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
+            out[v] = springls__doubtful(phi[v], g->far_value);
+            in_doubt = 1;
+        }
+    }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = in_doubt;
+}
+
+/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
+SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int y, z, v;
+    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i]) {
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = from[v];
+        return;
+    }
+    springls__load_tile(g, g->phi_next, g->active[i], tile);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job.f[0], out + 8 * y + 64 * z);
+    if (!job.i[0]) return;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
+}
+
+/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float tile[SPRINGLS__TILE_VOXELS];
+    int x, y, z, o[3];
+    (void)job;
+    springls__slot_origin(g, g->active[i], o);
+    springls__load_tile(g, g->phi, g->active[i], tile);
+    for (z = 0; z < 8; z++)
+        for (y = 0; y < 8; y++) {
+            const float *phi = tile + springls__tile_index(0, y, z);
+            SPRINGLS__GLOBAL float *row = out + 8 * y + 64 * z;
+            if (!springls__specks_row(phi, row) || !model->params.nucleate) continue;
+            for (x = 0; x < 8; x++) {
+                springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));
+                int n = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
+                if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) row[x] = phi[x];
+            }
+        }
+}

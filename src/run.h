@@ -1,0 +1,73 @@
+/* run.h - a kernel over all its elements, wherever the model lives. */
+
+#define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
+SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
+#undef SPRINGLS__RANGE_OF
+
+static const springls__kernel_facts springls__kernels[] = {
+#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes },
+    SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
+#undef SPRINGLS__FACTS
+};
+
+typedef struct springls__range_job { const springls_context *ctx; const springls__kernel_facts *kernel; springls__job job; } springls__range_job;
+
+SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
+{
+    const springls__range_job *run = (const springls__range_job *)arg;
+    run->kernel->range(&run->ctx->model, run->job, begin, end);
+}
+
+SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    springls__range_job run;
+    run.ctx = ctx;
+    run.kernel = &springls__kernels[kernel];
+    run.job = job;
+    springls__parallel(ctx, count, run.kernel->grain, springls__range_task, &run);
+}
+
+SPRINGLS__FN springls__job springls__job_of(int i)
+{
+    springls__job job;
+    memset(&job, 0, sizeof job);
+    job.i[0] = i;
+    return job;
+}
+
+SPRINGLS__FN springls__job springls__no_job(void) { return springls__job_of(0); }
+
+/* How many of the first `count` bytes of an array are `value`. */
+SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
+{
+    const uint8_t *flags = (const uint8_t *)ctx->memory[array].data;
+    int i, n = 0;
+    for (i = 0; i < count; i++) n += flags[i] == value;
+    return n;
+}
+
+/* The largest of the first `count` floats of a scratch, 0 or more. */
+SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
+{
+    const float *values = (const float *)ctx->model.scratch[scratch];
+    float largest = 0.0f;
+    int i;
+    for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
+    return largest;
+}
+
+/* The first `count` numbers of a scratch become the sums of those before them; *total: of all. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, int count, int *total)
+{
+    uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
+    uint64_t sum = 0;
+    int i;
+    for (i = 0; i < count; i++) {
+        uint32_t number = numbers[i];
+        numbers[i] = (uint32_t)sum;
+        sum += number;
+    }
+    if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
+    *total = (int)sum;
+    return SPRINGLS_OK;
+}
