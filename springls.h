@@ -35,7 +35,6 @@
      >>rows                 kernels_embed/rows.h
      >>internal             src/internal.h
      >>memory               src/memory.h
-     >>stage                src/stage.h
      >>params               src/params.h
      >>kernels              src/kernels.h
      >>lanes_neighbors      src/lanes_neighbors.h
@@ -43,7 +42,9 @@
      >>lanes_project        src/lanes_project.h
      >>lanes_relax          src/lanes_relax.h
      >>lanes_advect         src/lanes_advect.h
+     >>coherence            src/coherence.h
      >>run                  src/run.h
+     >>stage                src/stage.h
      >>constellation        src/constellation.h
      >>grid                 src/grid.h
      >>cells                src/cells.h
@@ -489,6 +490,7 @@ typedef enum springls_status {
     SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
     SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
+    SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it, see springls_cl.h   */
     SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
 } springls_status;
 
@@ -648,6 +650,10 @@ typedef struct springls_grid_desc {
     double direction[9]; /* row-major, columns are the axes' unit vectors; all zero: identity                   */
 } springls_grid_desc;
 
+/* Where the stages run, made by springls_cl_create of springls_cl.h. One may serve several contexts of one thread, and must
+   outlive them. */
+typedef struct springls_backend springls_backend;
+
 typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                   */
@@ -657,6 +663,7 @@ typedef struct springls_desc {
     springls_logger logger;
     springls_progress progress;
     springls_trace trace;
+    springls_backend *backend;     /* NULL: here, by scalar code and `tasks`                                    */
 } springls_desc;
 
 /* Makes an empty model. On failure *out is NULL and nothing is left allocated. A context belongs to one thread at a
@@ -1320,6 +1327,15 @@ SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s
     return s;
 }
 
+SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
+{
+    springls__springl s;
+    s.q[0] = t.a; s.q[1] = t.b; s.q[2] = t.c;
+    s.p = p;
+    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.reach = 0.0f;
+    return springls__springl_finished(s);
+}
+
 SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
 {
     springls__tri t;
@@ -1335,7 +1351,7 @@ SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { re
 /* A new springl in place i, at or beyond `count`: its id follows from the place. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
-    model->set.s[i] = springls__springl_finished(s);
+    model->set.s[i] = s;
     model->set.a[i] = a;
     model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
     model->set.generation[i] = generation;
@@ -2126,10 +2142,7 @@ SPRINGLS__MATHS void springls__relax_element(const springls__model *model, sprin
         t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),
                                     springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
                                     springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
-        s.q[0] = t.a;
-        s.q[1] = t.b;
-        s.q[2] = t.c;
-        s = springls__springl_finished(s);
+        s = springls__springl_make(t, s.p);
     }
     ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;
 }
@@ -2431,10 +2444,7 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
-    s.q[0] = t.a;
-    s.q[1] = t.b;
-    s.q[2] = t.c;
-    model->set.s[i] = springls__springl_finished(s);
+    model->set.s[i] = springls__springl_make(t, s.p);
 }
 
 /* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
@@ -3276,11 +3286,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
     springls__fit_result fit;
     int m;
-    child.s = model->set.s[i];
-    child.s.q[0] = t.a;
-    child.s.q[1] = t.b;
-    child.s.q[2] = t.c;
-    child.s.p = springls__tri_centroid(t);
+    child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
     child.pad = 0.0f;
     if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
@@ -3288,10 +3294,10 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
         if (fit.ok) {
             for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
             child.s.p = fit.point;
+            child.s = springls__springl_finished(child.s);
             child.a = springls__project_on_original(model, fit.a);
         }
     }
-    child.s = springls__springl_finished(child.s);
     return child;
 }
 
@@ -4201,15 +4207,10 @@ SPRINGLS__MATHS void springls__plant_element(const springls__model *model, sprin
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
     springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
-    springls__springl s;
     springls__tri t;
     if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
-    s.q[0] = t.a;
-    s.q[1] = t.b;
-    s.q[2] = t.c;
-    s.p = seed.p;
-    springls__springl_add(model, model->set.count + (int)at, s, seed.a, model->set.generation[i] + 1u, 0);
+    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
 }
 
 /* ======== >>fill_gaps  (kernels_embed/fill_gaps.h) ============================================================= */
@@ -4278,16 +4279,13 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
         loaded = true;
         cell = springls__tile_cube(tile, x, y, z);
         for (k = 0; k < 8; k++) {
-            springls__springl s;
             springls__tri t;
+            springls__v3 p;
             if (!(exposed[cube] >> k & 1)) continue;
             if (at == job.i[0]) return;
             t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
-            s.q[0] = t.a;
-            s.q[1] = t.b;
-            s.q[2] = t.c;
-            s.p = springls__tri_centroid(t);
-            springls__springl_add(model, model->set.count + at++, s, s.p, 1u, 0);
+            p = springls__tri_centroid(t);
+            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
         }
     }
 }
@@ -4733,8 +4731,14 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 #define SPRINGLS__PRINTF(text, first)
 #endif
 
-/* A growable array from the context's allocator. */
-typedef struct springls__buffer { void *data; size_t bytes; } springls__buffer;
+/* A growable array from the context's allocator, and its twin on the backend's device: a stale one has old contents. */
+typedef struct springls__buffer {
+    void *data;
+    size_t bytes;
+    void *device;
+    size_t device_bytes;
+    bool host_stale, device_stale;
+} springls__buffer;
 
 /* The arrays of the model by number. */
 typedef enum springls__array {
@@ -4763,6 +4767,16 @@ typedef struct springls__surface {
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
 
+/* Another place where kernels run (springls_cl.h). After a failure a call has said springls__fail. */
+struct springls_backend {
+    /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
+    springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
+    void (*release)(springls_context *ctx, springls__buffer *buffer);
+    /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
+    springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
+    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
+};
+
 struct springls_context {
     springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
@@ -4775,6 +4789,9 @@ struct springls_context {
     springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
+    springls_backend *backend; /* NULL: scalar                                                                   */
+    springls_status backend_status; /* of its first failure, which the stage that runs has not told yet         */
+    bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
@@ -4872,9 +4889,9 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
 
 SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer *buffer)
 {
+    if (buffer->device) ctx->backend->release(ctx, buffer);
     springls__release(ctx, buffer->data, buffer->bytes);
-    buffer->data = NULL;
-    buffer->bytes = 0;
+    memset(buffer, 0, sizeof *buffer);
 }
 
 /* The model's pointers, after memory has moved. */
@@ -4893,22 +4910,26 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-/* Room for count elements of an array of the model; keeps the first `keep`. */
+/* Room for count elements of `element` bytes in an array of the model, here and on the device; keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
+{
+    springls__buffer *buffer = &ctx->memory[array];
+    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
+    springls__bind(ctx);
+    if (status != SPRINGLS_OK || !buffer->device || buffer->device_bytes >= buffer->bytes) return status;
+    return ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale ? 0 : keep * element);
+}
+
 SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__array array, size_t count, size_t keep)
 {
-    size_t element = springls__element_size(array);
-    springls_status status = springls__buffer_grow(ctx, &ctx->memory[array], count ? count : 1, element, keep * element);
-    springls__bind(ctx);
-    return status;
+    return springls__array_grow(ctx, array, count, springls__element_size(array), keep);
 }
 
 /* Working memory `index` of the running stage, at least count elements; contents are undefined. */
 SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
 {
-    springls__buffer *buffer = &ctx->memory[SPRINGLS__ARRAY_SCRATCH0 + index];
-    SPRINGLS__TRY(springls__buffer_grow(ctx, buffer, count ? count : 1, element, 0));
-    springls__bind(ctx);
-    if (out) *out = buffer->data;
+    SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
+    if (out) *out = ctx->model.scratch[index];
     return SPRINGLS_OK;
 }
 
@@ -4943,57 +4964,6 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
     (void)grain;
     task(arg, 0, count);
 #endif
-}
-
-/* ======== >>stage  (src/stage.h) =============================================================================== */
-/* stage.h - the begin and end of every stage: time and trace hooks. */
-
-#if defined(_OPENMP)
-#include <omp.h>
-#endif
-#include <time.h>
-
-SPRINGLS__FN double springls__now(const springls_context *ctx)
-{
-    if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
-#if defined(_OPENMP)
-    return omp_get_wtime();
-#else
-    return (double)clock() / (double)CLOCKS_PER_SEC;
-#endif
-}
-
-SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
-{
-    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);
-    return springls__now(ctx);
-}
-
-SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stage, double started)
-{
-    double seconds = springls__now(ctx) - started;
-    ctx->stats.seconds[stage] += seconds;
-    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
-}
-
-/* Runs one stage under its clock: the body of every public stage call. */
-SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage,
-                                              springls_status (*run)(springls_context *))
-{
-    springls_status status;
-    double started;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    started = springls__stage_begin(ctx, stage);
-    status = run(ctx);
-    springls__stage_end(ctx, stage, started);
-    return status;
-}
-
-SPRINGLS_API const char *springls_stage_name(springls_stage stage)
-{
-    static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
-                                                             "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
-    return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
 /* ======== >>params  (src/params.h) ============================================================================= */
@@ -5719,6 +5689,122 @@ SPRINGLS__FN int springls__deformation_velocities(const float *points, int count
 
 #endif
 
+/* ======== >>coherence  (src/coherence.h) ======================================================================= */
+/* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
+   about to read and write, and only that is brought here, once. */
+
+/* How many elements of an array are in use. */
+SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
+{
+    const springls__model *m = &ctx->model;
+    size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
+    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY || array == SPRINGLS__ARRAY_NEIGHBORS)
+        used = (size_t)m->set.count;
+    else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
+        used = (size_t)m->grid.slot_count;
+    return used < all ? used : all;
+}
+
+/* Brings an array to the host or to the device. */
+SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
+{
+    springls__buffer *buffer = &ctx->memory[array];
+    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, springls__used(ctx, array) * springls__element_size(array), to_host));
+    if (to_host) buffer->host_stale = false;
+    else buffer->device_stale = false;
+    return SPRINGLS_OK;
+}
+
+#define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
+
+/* To be called before host code reads arrays of the model, or writes some of their elements. */
+SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
+{
+    int array;
+    if (!ctx->backend) return SPRINGLS_OK;
+    if (ctx->backend_status != SPRINGLS_OK) return ctx->backend_status;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (!((reads | writes) >> array & 1u)) continue;
+        if (buffer->host_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, true));
+        if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
+    }
+    return SPRINGLS_OK;
+}
+
+/* The same where a failure must wait for the end of the stage. */
+SPRINGLS__FN bool springls__readable(springls_context *ctx, uint64_t reads, uint64_t writes)
+{
+    if (ctx->backend && ctx->backend_status == SPRINGLS_OK) ctx->backend_status = springls__to_host(ctx, reads, writes);
+    return ctx->backend_status == SPRINGLS_OK;
+}
+
+/* What a kernel may touch is on the device; what it writes is only there. */
+SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->device_bytes < buffer->bytes) {
+            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+            buffer->device_stale = !buffer->host_stale;
+        }
+        if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
+        if (writes >> array & 1u) buffer->host_stale = true;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Stages run on the device ... */
+SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
+
+/* ... inputs and queries here. */
+SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
+{
+    ctx->on_device = false;
+    return springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0);
+}
+
+/* Whatever the device has is of no use any more. */
+SPRINGLS__FN void springls__host_anew(springls_context *ctx)
+{
+    int array;
+    ctx->on_device = false;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        ctx->memory[array].host_stale = false;
+        ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
+    }
+}
+
+SPRINGLS__FN void springls__clear_model(springls_context *ctx);
+
+/* The backend has failed: the context goes on without it, with what can still be read from the device; else with no model. */
+SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
+{
+    springls_status failure = ctx->backend_status;
+    bool lost;
+    int array;
+    char error[sizeof ctx->error];
+    memcpy(error, ctx->error, sizeof error);
+    ctx->backend_status = SPRINGLS_OK;
+    ctx->on_device = false;
+    lost = springls__to_host(ctx, SPRINGLS__ALL_BITS, 0) != SPRINGLS_OK;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->device) ctx->backend->release(ctx, buffer);
+        buffer->host_stale = buffer->device_stale = false;
+    }
+    ctx->backend = NULL;
+    if (lost) springls__clear_model(ctx);
+    return springls__fail(ctx, failure, "%s; going on without the device%s", error, lost ? ", the model is lost" : "");
+}
+
+/* The end of what runs on the device: its failure, if it has failed. */
+SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_status status)
+{
+    return ctx->backend_status == SPRINGLS_OK ? status : springls__leave_backend(ctx);
+}
+
 /* ======== >>run  (src/run.h) =================================================================================== */
 /* run.h - a kernel over all its elements, wherever the model lives. */
 
@@ -5740,9 +5826,22 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
     run->kernel->range(&run->ctx->model, run->job, begin, end);
 }
 
+SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
+    return ctx->backend->run(ctx, (int)kernel, count, job);
+}
+
+/* A failure of the backend is told when the stage ends. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
+    if (count <= 0 || ctx->backend_status != SPRINGLS_OK) return;
+    if (ctx->on_device) {
+        ctx->backend_status = springls__run_on_device(ctx, kernel, count, job);
+        return;
+    }
+    if (!springls__readable(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes)) return;
     run.ctx = ctx;
     run.kernel = &springls__kernels[kernel];
     run.job = job;
@@ -5762,8 +5861,10 @@ SPRINGLS__FN springls__job springls__no_job(void) { return springls__job_of(0); 
 /* How many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
-    const uint8_t *flags = (const uint8_t *)ctx->memory[array].data;
+    const uint8_t *flags;
     int i, n = 0;
+    if (!springls__readable(ctx, (uint64_t)1 << array, 0)) return 0;
+    flags = (const uint8_t *)ctx->memory[array].data;
     for (i = 0; i < count; i++) n += flags[i] == value;
     return n;
 }
@@ -5774,6 +5875,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     const float *values = (const float *)ctx->model.scratch[scratch];
     float largest = 0.0f;
     int i;
+    if (!springls__readable(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0)) return 0.0f;
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
@@ -5784,6 +5886,7 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
         numbers[i] = (uint32_t)sum;
@@ -5792,6 +5895,58 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
+}
+
+/* ======== >>stage  (src/stage.h) =============================================================================== */
+/* stage.h - the begin and end of every stage: time and trace hooks. */
+
+#if defined(_OPENMP)
+#include <omp.h>
+#endif
+#include <time.h>
+
+SPRINGLS__FN double springls__now(const springls_context *ctx)
+{
+    if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
+#if defined(_OPENMP)
+    return omp_get_wtime();
+#else
+    return (double)clock() / (double)CLOCKS_PER_SEC;
+#endif
+}
+
+SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
+{
+    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);
+    return springls__now(ctx);
+}
+
+SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stage, double started)
+{
+    double seconds = springls__now(ctx) - started;
+    ctx->stats.seconds[stage] += seconds;
+    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
+}
+
+/* Runs one stage under its clock: the body of every public stage call. */
+SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage,
+                                              springls_status (*run)(springls_context *))
+{
+    springls_status status;
+    double started;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    started = springls__stage_begin(ctx, stage);
+    springls__use_device(ctx);
+    status = springls__told(ctx, run(ctx));
+    springls__stage_end(ctx, stage, started);
+    return status;
+}
+
+SPRINGLS_API const char *springls_stage_name(springls_stage stage)
+{
+    static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
+                                                             "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
+    return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
 }
 
 /* ======== >>constellation  (src/constellation.h) =============================================================== */
@@ -5819,7 +5974,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 {
     int i = ctx->model.set.count;
     SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_WAS].bytes / sizeof(springls__v3)); /* the last array to be grown */
-    springls__springl_add(&ctx->model, i, *s, a, generation, mask);
+    springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
 }
@@ -5829,6 +5984,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++) {
         char *data = (char *)ctx->memory[array].data;
         size_t element = springls__element_size((springls__array)array);
@@ -5889,6 +6045,7 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 SPRINGLS__FN void springls__fill_constant(springls_context *ctx, springls__array field, float outside, float inside)
 {
     float *values = (float *)ctx->memory[field].data;
+    if (!springls__readable(ctx, 0, (uint64_t)1 << field)) return;
     springls__fill(values, SPRINGLS__OUTSIDE, outside);
     springls__fill(values, SPRINGLS__INSIDE, inside);
 }
@@ -5923,6 +6080,7 @@ SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int slot;
+    springls__host_anew(ctx);
     springls__grid_clear(ctx, &ctx->model.reference);
     springls__grid_clear(ctx, g);
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
@@ -5962,6 +6120,7 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, in
 {
     springls__grid *g = &ctx->model.grid;
     int i, n = 0, write, read;
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
         if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
@@ -6028,6 +6187,7 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)ctx->model.set.count + 1, 0));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(int), (void **)&missing));
     springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, springls__no_job());
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
         if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
@@ -6052,6 +6212,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     cells->reach = 0.0f;
     cells->large_count = 0;
     for (i = 0; i < g->active_count; i++)
@@ -6085,6 +6246,7 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
     SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
         uint32_t reach = ~0u;
@@ -6467,12 +6629,14 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
 {
     springls__advect_job job;
     int moving;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
     job.stop_at_topology = stop_at_topology;
     springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
     *moved = springls__largest_displacement(&job, &moving);
     if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S)));
     springls__parallel(ctx, ctx->model.set.count, 512, springls__move_task, &job);
     ctx->stats.moved = *moved;
     ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
@@ -6504,6 +6668,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     euler = *forces;
     euler.integrator = SPRINGLS_EULER;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
     springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
     *speed = springls__largest_displacement(&job, &moving);
@@ -6829,6 +6994,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     int *rank, i, pass, total = 0;
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
     memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
@@ -6860,6 +7026,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     bool unknown = false;
     int i;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(OMEGA)));
     for (i = 0; i < g->active_count; i++) {
         if (!ctx->omega_fresh) g->omega[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS] = -1.0f;
         unknown = unknown || springls__omega_unknown(g, g->active[i]);
@@ -6932,6 +7099,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -7359,6 +7527,7 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2], b;
     uint8_t *state;
     int i, v, step = 1;
+    SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
     SPRINGLS__TRY(springls__bricks_around_springls(ctx));
     SPRINGLS__TRY(springls__omega_build(ctx));
@@ -7984,6 +8153,7 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     springls__parts parts;
     springls__kinship kinship;
     int i, known = ctx->locked_count;
+    SPRINGLS__TRY(springls__use_host(ctx, true));
     SPRINGLS__TRY(springls__find_parts(ctx, &parts));
     for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
     SPRINGLS__TRY(springls__kinship_begin(ctx, &parts, &kinship));
@@ -9209,6 +9379,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.a[i] = ctx->model.set.s[i].p;
@@ -9219,6 +9390,7 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, true));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
     return SPRINGLS_OK;
 }
@@ -9761,6 +9933,7 @@ SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (count < 0 || (count > 0 && (!points || !out)))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
     for (i = 0; i < 3 * (size_t)count; i++)
@@ -10131,9 +10304,16 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
+/* The host's copy of what can be read from a model; it changes nothing that anybody can see. */
+SPRINGLS__FN springls_status springls__use_host_const(const springls_context *ctx)
+{
+    return ctx ? springls__use_host((springls_context *)ctx, false) : SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const void *data, size_t stride)
 {
     springls_view view;
+    springls__use_host_const(ctx);
     view.count = springls_count(ctx);
     view.data = view.count ? (const float *)data : NULL;
     view.stride = stride;
@@ -10155,14 +10335,23 @@ SPRINGLS_API springls_view springls_view_correspondences(const springls_context 
     return springls__view(ctx, ctx ? ctx->model.set.a : NULL, sizeof(springls__v3));
 }
 
-SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx) { return ctx ? ctx->model.set.id : NULL; }
+SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx)
+{
+    springls__use_host_const(ctx);
+    return ctx ? ctx->model.set.id : NULL;
+}
 
-SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx) { return ctx ? ctx->model.set.generation : NULL; }
+SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx)
+{
+    springls__use_host_const(ctx);
+    return ctx ? ctx->model.set.generation : NULL;
+}
 
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out)
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -10182,6 +10371,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -10203,6 +10393,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
@@ -10368,6 +10559,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     springls__raw_mesh raw;
     springls__dress_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__cells_build(ctx));
@@ -10387,6 +10579,7 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
     if (ctx->model.set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
     SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
@@ -10421,6 +10614,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     int32_t *parent;
     uint64_t *sides;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -10467,7 +10661,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 {
     uint64_t hash = 14695981039346656037u;
     int i, v;
-    if (!ctx) return 0;
+    if (!ctx || springls__use_host_const(ctx) != SPRINGLS_OK) return 0;
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -10488,7 +10682,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 546 \"springls.h\"\n",
+    "#line 548 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -10573,7 +10767,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 961 \"springls.h\"\n",
+    "#line 968 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -10614,7 +10808,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1003 \"springls.h\"\n",
+    "#line 1010 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -10757,7 +10951,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1147 \"springls.h\"\n",
+    "#line 1154 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -10824,7 +11018,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1215 \"springls.h\"\n",
+    "#line 1222 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -10933,6 +11127,15 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
+    "SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)\n",
+    "{\n",
+    "    springls__springl s;\n",
+    "    s.q[0] = t.a; s.q[1] = t.b; s.q[2] = t.c;\n",
+    "    s.p = p;\n",
+    "    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.reach = 0.0f;\n",
+    "    return springls__springl_finished(s);\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)\n",
     "{\n",
     "    springls__tri t;\n",
@@ -10948,7 +11151,7 @@ static const char *const springls__kernel_lines[] = {
     "/* A new springl in place i, at or beyond `count`: its id follows from the place. */\n",
     "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
     "{\n",
-    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "    model->set.s[i] = s;\n",
     "    model->set.a[i] = a;\n",
     "    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);\n",
     "    model->set.generation[i] = generation;\n",
@@ -11020,7 +11223,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1412 \"springls.h\"\n",
+    "#line 1428 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11260,7 +11463,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1653 \"springls.h\"\n",
+    "#line 1669 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -11374,7 +11577,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);\n",
     "}\n",
-    "#line 1768 \"springls.h\"\n",
+    "#line 1784 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -11492,7 +11695,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1887 \"springls.h\"\n",
+    "#line 1903 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -11554,7 +11757,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 1950 \"springls.h\"\n",
+    "#line 1966 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -11587,7 +11790,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 1984 \"springls.h\"\n",
+    "#line 2000 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -11733,10 +11936,7 @@ static const char *const springls__kernel_lines[] = {
     "        t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),\n",
     "                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),\n",
     "                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));\n",
-    "        s.q[0] = t.a;\n",
-    "        s.q[1] = t.b;\n",
-    "        s.q[2] = t.c;\n",
-    "        s = springls__springl_finished(s);\n",
+    "        s = springls__springl_make(t, s.p);\n",
     "    }\n",
     "    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;\n",
     "}\n",
@@ -11754,7 +11954,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2152 \"springls.h\"\n",
+    "#line 2165 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11780,7 +11980,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2179 \"springls.h\"\n",
+    "#line 2192 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -11849,7 +12049,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2249 \"springls.h\"\n",
+    "#line 2262 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -11900,7 +12100,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2301 \"springls.h\"\n",
+    "#line 2314 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -12034,10 +12234,7 @@ static const char *const springls__kernel_lines[] = {
     "    n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));\n",
     "    if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);\n",
     "    t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));\n",
-    "    s.q[0] = t.a;\n",
-    "    s.q[1] = t.b;\n",
-    "    s.q[2] = t.c;\n",
-    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "    model->set.s[i] = springls__springl_make(t, s.p);\n",
     "}\n",
     "\n",
     "/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.\n",
@@ -12077,7 +12274,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2479 \"springls.h\"\n",
+    "#line 2489 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -12198,7 +12395,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2601 \"springls.h\"\n",
+    "#line 2611 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -12331,7 +12528,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2735 \"springls.h\"\n",
+    "#line 2745 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -12736,7 +12933,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3141 \"springls.h\"\n",
+    "#line 3151 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -12830,7 +13027,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3236 \"springls.h\"\n",
+    "#line 3246 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -12874,11 +13071,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
     "    springls__fit_result fit;\n",
     "    int m;\n",
-    "    child.s = model->set.s[i];\n",
-    "    child.s.q[0] = t.a;\n",
-    "    child.s.q[1] = t.b;\n",
-    "    child.s.q[2] = t.c;\n",
-    "    child.s.p = springls__tri_centroid(t);\n",
+    "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
     "    child.a = model->set.a[i];\n",
     "    child.pad = 0.0f;\n",
     "    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {\n",
@@ -12886,10 +13079,10 @@ static const char *const springls__kernel_lines[] = {
     "        if (fit.ok) {\n",
     "            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
     "            child.s.p = fit.point;\n",
+    "            child.s = springls__springl_finished(child.s);\n",
     "            child.a = springls__project_on_original(model, fit.a);\n",
     "        }\n",
     "    }\n",
-    "    child.s = springls__springl_finished(child.s);\n",
     "    return child;\n",
     "}\n",
     "\n",
@@ -12933,7 +13126,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3340 \"springls.h\"\n",
+    "#line 3346 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -12943,7 +13136,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 3351 \"springls.h\"\n",
+    "#line 3357 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -13002,7 +13195,7 @@ static const char *const springls__kernel_lines[] = {
     "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
     "            }\n",
     "}\n",
-    "#line 3411 \"springls.h\"\n",
+    "#line 3417 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -13097,7 +13290,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3507 \"springls.h\"\n",
+    "#line 3513 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -13218,7 +13411,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 3629 \"springls.h\"\n",
+    "#line 3635 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -13494,7 +13687,7 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "}\n",
-    "#line 3906 \"springls.h\"\n",
+    "#line 3912 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -13672,7 +13865,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4085 \"springls.h\"\n",
+    "#line 4091 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -13792,17 +13985,12 @@ static const char *const springls__kernel_lines[] = {
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
     "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
     "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
-    "    springls__springl s;\n",
     "    springls__tri t;\n",
     "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
-    "    s.q[0] = t.a;\n",
-    "    s.q[1] = t.b;\n",
-    "    s.q[2] = t.c;\n",
-    "    s.p = seed.p;\n",
-    "    springls__springl_add(model, model->set.count + (int)at, s, seed.a, model->set.generation[i] + 1u, 0);\n",
+    "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4216 \"springls.h\"\n",
+    "#line 4217 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -13868,16 +14056,13 @@ static const char *const springls__kernel_lines[] = {
     "        loaded = true;\n",
     "        cell = springls__tile_cube(tile, x, y, z);\n",
     "        for (k = 0; k < 8; k++) {\n",
-    "            springls__springl s;\n",
     "            springls__tri t;\n",
+    "            springls__v3 p;\n",
     "            if (!(exposed[cube] >> k & 1)) continue;\n",
     "            if (at == job.i[0]) return;\n",
     "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
-    "            s.q[0] = t.a;\n",
-    "            s.q[1] = t.b;\n",
-    "            s.q[2] = t.c;\n",
-    "            s.p = springls__tri_centroid(t);\n",
-    "            springls__springl_add(model, model->set.count + at++, s, s.p, 1u, 0);\n",
+    "            p = springls__tri_centroid(t);\n",
+    "            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -13900,7 +14085,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4315 \"springls.h\"\n",
+    "#line 4313 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -13947,7 +14132,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Those whose loop is in lanes_*.h. */\n",
     "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
     "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
-    "#line 4576 \"springls.h\"\n",
+    "#line 4574 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -14083,24 +14268,23 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 14087 \"springls.h\"\n",
+    "#line 14272 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
     "#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;\n",
     "\n",
-    "/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`. */\n",
-    "#define SPRINGLS__ENTRY(kernel_name, grain, writes)                                                                              \\\n",
+    "/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`, `grain` of them a work item. */\n",
+    "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                              \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__job job, int count)                                                           \\\n",
+    "                                         springls__job job, int count, int grain)                                                \\\n",
     "    {                                                                                                                            \\\n",
     "        springls__model model;                                                                                                   \\\n",
-    "        int i = (int)get_global_id(0);                                                                                           \\\n",
-    "        if (i >= count) return;                                                                                                  \\\n",
+    "        int i = (int)get_global_id(0) * grain, end = springls__imin(i + grain, count);                                           \\\n",
     "        SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                       \\\n",
     "        springls__shape_set(&model, shape);                                                                                      \\\n",
     "        model.params = params;                                                                                                   \\\n",
-    "        springls__##kernel_name##_element(&model, job, i);                                                                       \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i);                                                  \\\n",
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
@@ -14163,6 +14347,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     ctx->memory_used = sizeof *ctx;
     ctx->desc = *desc;
     ctx->desc.params = NULL;
+    ctx->backend = desc->backend;
     ctx->desc.allocator = allocator;
     if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
     ctx->model.params = params;
@@ -14217,12 +14402,9 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__fill(ctx->model.grid.omega, SPRINGLS__OUTSIDE, params->capture);
-    springls__fill(ctx->model.grid.omega, SPRINGLS__INSIDE, params->capture);
-    if (band_changed) { /* no model: constant bricks only, of another distance */
-        springls__grids_clear(ctx);
-    }
-    return SPRINGLS_OK;
+    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, params->capture, params->capture);
+    if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
+    return springls__told(ctx, SPRINGLS_OK);
 }
 
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { return ctx ? ctx->error : "no context"; }
@@ -14247,6 +14429,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_NON_FINITE: return "not finite";
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
+    case SPRINGLS_DEVICE: return "device failure";
     default: return "unknown status";
     }
 }

@@ -131,10 +131,7 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     n = area > 1e-4f ? springls__normalize(area2) : springls__normalize(springls__grid_gradient(&model->grid, model->grid.phi, s.p));
     if (springls__length2(n) < 0.5f) n = springls__v3_make(0.0f, 0.0f, 1.0f);
     t = springls__equilateral(s.p, n, springls__sub(t.a, s.p), springls__max(area, smallest));
-    s.q[0] = t.a;
-    s.q[1] = t.b;
-    s.q[2] = t.c;
-    model->set.s[i] = springls__springl_finished(s);
+    model->set.s[i] = springls__springl_make(t, s.p);
 }
 
 /* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.

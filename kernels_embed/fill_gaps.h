@@ -63,16 +63,13 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
         loaded = true;
         cell = springls__tile_cube(tile, x, y, z);
         for (k = 0; k < 8; k++) {
-            springls__springl s;
             springls__tri t;
+            springls__v3 p;
             if (!(exposed[cube] >> k & 1)) continue;
             if (at == job.i[0]) return;
             t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
-            s.q[0] = t.a;
-            s.q[1] = t.b;
-            s.q[2] = t.c;
-            s.p = springls__tri_centroid(t);
-            springls__springl_add(model, model->set.count + at++, s, s.p, 1u, 0);
+            p = springls__tri_centroid(t);
+            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
         }
     }
 }

@@ -3,18 +3,17 @@
 #define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,
 #define SPRINGLS__MEMBER(name, type, block, member) model.member = name;
 
-/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`. */
-#define SPRINGLS__ENTRY(kernel_name, grain, writes)                                                                              \
+/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`, `grain` of them a work item. */
+#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                              \
     __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
-                                         springls__job job, int count)                                                           \
+                                         springls__job job, int count, int grain)                                                \
     {                                                                                                                            \
         springls__model model;                                                                                                   \
-        int i = (int)get_global_id(0);                                                                                           \
-        if (i >= count) return;                                                                                                  \
+        int i = (int)get_global_id(0) * grain, end = springls__imin(i + grain, count);                                           \
         SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                       \
         springls__shape_set(&model, shape);                                                                                      \
         model.params = params;                                                                                                   \
-        springls__##kernel_name##_element(&model, job, i);                                                                       \
+        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i);                                                  \
     }
 
 SPRINGLS__KERNELS(SPRINGLS__ENTRY)

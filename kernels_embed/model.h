@@ -106,6 +106,15 @@ SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s
     return s;
 }
 
+SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
+{
+    springls__springl s;
+    s.q[0] = t.a; s.q[1] = t.b; s.q[2] = t.c;
+    s.p = p;
+    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.reach = 0.0f;
+    return springls__springl_finished(s);
+}
+
 SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
 {
     springls__tri t;
@@ -121,7 +130,7 @@ SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { re
 /* A new springl in place i, at or beyond `count`: its id follows from the place. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
-    model->set.s[i] = springls__springl_finished(s);
+    model->set.s[i] = s;
     model->set.a[i] = a;
     model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
     model->set.generation[i] = generation;

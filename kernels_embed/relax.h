@@ -143,10 +143,7 @@ SPRINGLS__MATHS void springls__relax_element(const springls__model *model, sprin
         t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),
                                     springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
                                     springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
-        s.q[0] = t.a;
-        s.q[1] = t.b;
-        s.q[2] = t.c;
-        s = springls__springl_finished(s);
+        s = springls__springl_make(t, s.p);
     }
     ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;
 }

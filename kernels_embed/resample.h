@@ -41,11 +41,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
     springls__fit_result fit;
     int m;
-    child.s = model->set.s[i];
-    child.s.q[0] = t.a;
-    child.s.q[1] = t.b;
-    child.s.q[2] = t.c;
-    child.s.p = springls__tri_centroid(t);
+    child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
     child.pad = 0.0f;
     if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
@@ -53,10 +49,10 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
         if (fit.ok) {
             for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
             child.s.p = fit.point;
+            child.s = springls__springl_finished(child.s);
             child.a = springls__project_on_original(model, fit.a);
         }
     }
-    child.s = springls__springl_finished(child.s);
     return child;
 }
 

@@ -283,12 +283,14 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
 {
     springls__advect_job job;
     int moving;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
     job.stop_at_topology = stop_at_topology;
     springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
     *moved = springls__largest_displacement(&job, &moving);
     if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S)));
     springls__parallel(ctx, ctx->model.set.count, 512, springls__move_task, &job);
     ctx->stats.moved = *moved;
     ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
@@ -320,6 +322,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     euler = *forces;
     euler.integrator = SPRINGLS_EULER;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
     springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
     *speed = springls__largest_displacement(&job, &moving);

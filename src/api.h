@@ -52,6 +52,7 @@ typedef enum springls_status {
     SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
     SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
+    SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it, see springls_cl.h   */
     SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
 } springls_status;
 
@@ -125,6 +126,10 @@ typedef struct springls_grid_desc {
     double direction[9]; /* row-major, columns are the axes' unit vectors; all zero: identity                   */
 } springls_grid_desc;
 
+/* Where the stages run, made by springls_cl_create of springls_cl.h. One may serve several contexts of one thread, and must
+   outlive them. */
+typedef struct springls_backend springls_backend;
+
 typedef struct springls_desc {
     springls_grid_desc grid;
     const springls_params *params; /* copied; NULL: springls_default_params()                                   */
@@ -134,6 +139,7 @@ typedef struct springls_desc {
     springls_logger logger;
     springls_progress progress;
     springls_trace trace;
+    springls_backend *backend;     /* NULL: here, by scalar code and `tasks`                                    */
 } springls_desc;
 
 /* Makes an empty model. On failure *out is NULL and nothing is left allocated. A context belongs to one thread at a

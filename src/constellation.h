@@ -22,7 +22,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
 {
     int i = ctx->model.set.count;
     SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_WAS].bytes / sizeof(springls__v3)); /* the last array to be grown */
-    springls__springl_add(&ctx->model, i, *s, a, generation, mask);
+    springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
 }
@@ -32,6 +32,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++) {
         char *data = (char *)ctx->memory[array].data;
         size_t element = springls__element_size((springls__array)array);

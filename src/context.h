@@ -45,6 +45,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     ctx->memory_used = sizeof *ctx;
     ctx->desc = *desc;
     ctx->desc.params = NULL;
+    ctx->backend = desc->backend;
     ctx->desc.allocator = allocator;
     if (ctx->desc.max_springls == 0) ctx->desc.max_springls = 64 * 1000 * 1000;
     ctx->model.params = params;
@@ -99,12 +100,9 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__fill(ctx->model.grid.omega, SPRINGLS__OUTSIDE, params->capture);
-    springls__fill(ctx->model.grid.omega, SPRINGLS__INSIDE, params->capture);
-    if (band_changed) { /* no model: constant bricks only, of another distance */
-        springls__grids_clear(ctx);
-    }
-    return SPRINGLS_OK;
+    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, params->capture, params->capture);
+    if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
+    return springls__told(ctx, SPRINGLS_OK);
 }
 
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { return ctx ? ctx->error : "no context"; }
@@ -129,6 +127,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_NON_FINITE: return "not finite";
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
+    case SPRINGLS_DEVICE: return "device failure";
     default: return "unknown status";
     }
 }

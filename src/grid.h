@@ -14,6 +14,7 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 SPRINGLS__FN void springls__fill_constant(springls_context *ctx, springls__array field, float outside, float inside)
 {
     float *values = (float *)ctx->memory[field].data;
+    if (!springls__readable(ctx, 0, (uint64_t)1 << field)) return;
     springls__fill(values, SPRINGLS__OUTSIDE, outside);
     springls__fill(values, SPRINGLS__INSIDE, inside);
 }
@@ -48,6 +49,7 @@ SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int slot;
+    springls__host_anew(ctx);
     springls__grid_clear(ctx, &ctx->model.reference);
     springls__grid_clear(ctx, g);
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
@@ -87,6 +89,7 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, in
 {
     springls__grid *g = &ctx->model.grid;
     int i, n = 0, write, read;
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL)));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
         if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];

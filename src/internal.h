@@ -19,8 +19,14 @@
 #define SPRINGLS__PRINTF(text, first)
 #endif
 
-/* A growable array from the context's allocator. */
-typedef struct springls__buffer { void *data; size_t bytes; } springls__buffer;
+/* A growable array from the context's allocator, and its twin on the backend's device: a stale one has old contents. */
+typedef struct springls__buffer {
+    void *data;
+    size_t bytes;
+    void *device;
+    size_t device_bytes;
+    bool host_stale, device_stale;
+} springls__buffer;
 
 /* The arrays of the model by number. */
 typedef enum springls__array {
@@ -49,6 +55,16 @@ typedef struct springls__surface {
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
 
+/* Another place where kernels run (springls_cl.h). After a failure a call has said springls__fail. */
+struct springls_backend {
+    /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
+    springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
+    void (*release)(springls_context *ctx, springls__buffer *buffer);
+    /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
+    springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
+    springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
+};
+
 struct springls_context {
     springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
@@ -61,6 +77,9 @@ struct springls_context {
     springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
+    springls_backend *backend; /* NULL: scalar                                                                   */
+    springls_status backend_status; /* of its first failure, which the stage that runs has not told yet         */
+    bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */

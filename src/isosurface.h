@@ -149,6 +149,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     springls__raw_mesh raw;
     springls__dress_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__cells_build(ctx));
@@ -168,6 +169,7 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
     if (ctx->model.set.count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
     SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));

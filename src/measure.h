@@ -7,6 +7,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     int32_t *parent;
     uint64_t *sides;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -53,7 +54,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 {
     uint64_t hash = 14695981039346656037u;
     int i, v;
-    if (!ctx) return 0;
+    if (!ctx || springls__use_host_const(ctx) != SPRINGLS_OK) return 0;
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);

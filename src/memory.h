@@ -75,9 +75,9 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
 
 SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer *buffer)
 {
+    if (buffer->device) ctx->backend->release(ctx, buffer);
     springls__release(ctx, buffer->data, buffer->bytes);
-    buffer->data = NULL;
-    buffer->bytes = 0;
+    memset(buffer, 0, sizeof *buffer);
 }
 
 /* The model's pointers, after memory has moved. */
@@ -96,22 +96,26 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-/* Room for count elements of an array of the model; keeps the first `keep`. */
+/* Room for count elements of `element` bytes in an array of the model, here and on the device; keeps the first `keep`. */
+SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
+{
+    springls__buffer *buffer = &ctx->memory[array];
+    springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
+    springls__bind(ctx);
+    if (status != SPRINGLS_OK || !buffer->device || buffer->device_bytes >= buffer->bytes) return status;
+    return ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale ? 0 : keep * element);
+}
+
 SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__array array, size_t count, size_t keep)
 {
-    size_t element = springls__element_size(array);
-    springls_status status = springls__buffer_grow(ctx, &ctx->memory[array], count ? count : 1, element, keep * element);
-    springls__bind(ctx);
-    return status;
+    return springls__array_grow(ctx, array, count, springls__element_size(array), keep);
 }
 
 /* Working memory `index` of the running stage, at least count elements; contents are undefined. */
 SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index, size_t count, size_t element, void **out)
 {
-    springls__buffer *buffer = &ctx->memory[SPRINGLS__ARRAY_SCRATCH0 + index];
-    SPRINGLS__TRY(springls__buffer_grow(ctx, buffer, count ? count : 1, element, 0));
-    springls__bind(ctx);
-    if (out) *out = buffer->data;
+    SPRINGLS__TRY(springls__array_grow(ctx, (springls__array)(SPRINGLS__ARRAY_SCRATCH0 + index), count, element, 0));
+    if (out) *out = ctx->model.scratch[index];
     return SPRINGLS_OK;
 }
 

@@ -8,6 +8,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     int *rank, i, pass, total = 0;
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
     memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
@@ -39,6 +40,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     bool unknown = false;
     int i;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(OMEGA)));
     for (i = 0; i < g->active_count; i++) {
         if (!ctx->omega_fresh) g->omega[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS] = -1.0f;
         unknown = unknown || springls__omega_unknown(g, g->active[i]);

@@ -10,6 +10,7 @@ SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const
 {
     size_t i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (count < 0 || (count > 0 && (!points || !out)))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: NULL array or negative count", name);
     for (i = 0; i < 3 * (size_t)count; i++)

@@ -22,9 +22,16 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
+/* The host's copy of what can be read from a model; it changes nothing that anybody can see. */
+SPRINGLS__FN springls_status springls__use_host_const(const springls_context *ctx)
+{
+    return ctx ? springls__use_host((springls_context *)ctx, false) : SPRINGLS_OK;
+}
+
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const void *data, size_t stride)
 {
     springls_view view;
+    springls__use_host_const(ctx);
     view.count = springls_count(ctx);
     view.data = view.count ? (const float *)data : NULL;
     view.stride = stride;
@@ -46,14 +53,23 @@ SPRINGLS_API springls_view springls_view_correspondences(const springls_context 
     return springls__view(ctx, ctx ? ctx->model.set.a : NULL, sizeof(springls__v3));
 }
 
-SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx) { return ctx ? ctx->model.set.id : NULL; }
+SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx)
+{
+    springls__use_host_const(ctx);
+    return ctx ? ctx->model.set.id : NULL;
+}
 
-SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx) { return ctx ? ctx->model.set.generation : NULL; }
+SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx)
+{
+    springls__use_host_const(ctx);
+    return ctx ? ctx->model.set.generation : NULL;
+}
 
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out)
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -73,6 +89,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -94,6 +111,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)

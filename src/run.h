@@ -18,9 +18,22 @@ SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
     run->kernel->range(&run->ctx->model, run->job, begin, end);
 }
 
+SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
+    return ctx->backend->run(ctx, (int)kernel, count, job);
+}
+
+/* A failure of the backend is told when the stage ends. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
+    if (count <= 0 || ctx->backend_status != SPRINGLS_OK) return;
+    if (ctx->on_device) {
+        ctx->backend_status = springls__run_on_device(ctx, kernel, count, job);
+        return;
+    }
+    if (!springls__readable(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes)) return;
     run.ctx = ctx;
     run.kernel = &springls__kernels[kernel];
     run.job = job;
@@ -40,8 +53,10 @@ SPRINGLS__FN springls__job springls__no_job(void) { return springls__job_of(0); 
 /* How many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
-    const uint8_t *flags = (const uint8_t *)ctx->memory[array].data;
+    const uint8_t *flags;
     int i, n = 0;
+    if (!springls__readable(ctx, (uint64_t)1 << array, 0)) return 0;
+    flags = (const uint8_t *)ctx->memory[array].data;
     for (i = 0; i < count; i++) n += flags[i] == value;
     return n;
 }
@@ -52,6 +67,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     const float *values = (const float *)ctx->model.scratch[scratch];
     float largest = 0.0f;
     int i;
+    if (!springls__readable(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0)) return 0.0f;
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
@@ -62,6 +78,7 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
         numbers[i] = (uint32_t)sum;

@@ -41,7 +41,6 @@
 /* what a context holds */
 #include "internal.h"
 #include "memory.h"
-#include "stage.h"
 #include "params.h"
 #include "kernels.h"
 #include "lanes_neighbors.h"
@@ -49,7 +48,9 @@
 #include "lanes_project.h"
 #include "lanes_relax.h"
 #include "lanes_advect.h"
+#include "coherence.h"
 #include "run.h"
+#include "stage.h"
 #include "constellation.h"
 #include "grid.h"
 #include "cells.h"

@@ -36,7 +36,8 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
     double started;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, stage);
-    status = run(ctx);
+    springls__use_device(ctx);
+    status = springls__told(ctx, run(ctx));
     springls__stage_end(ctx, stage, started);
     return status;
 }

@@ -258,6 +258,7 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2], b;
     uint8_t *state;
     int i, v, step = 1;
+    SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
     SPRINGLS__TRY(springls__bricks_around_springls(ctx));
     SPRINGLS__TRY(springls__omega_build(ctx));

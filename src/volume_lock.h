@@ -427,6 +427,7 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
     springls__parts parts;
     springls__kinship kinship;
     int i, known = ctx->locked_count;
+    SPRINGLS__TRY(springls__use_host(ctx, true));
     SPRINGLS__TRY(springls__find_parts(ctx, &parts));
     for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
     SPRINGLS__TRY(springls__kinship_begin(ctx, &parts, &kinship));

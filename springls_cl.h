@@ -1,0 +1,435 @@
+/* springls_cl.h - the OpenCL backend of springls.h: the same calls, run on a GPU or on all cores of a processor.
+
+     #define SPRINGLS_IMPLEMENTATION            in one source file
+     #include "springls_cl.h"                   instead of springls.h, which it includes
+
+     springls_backend *backend;
+     springls_cl_create(NULL, &backend);        one line more ...
+     desc.backend = backend;                    ... and this one
+     springls_create(&desc, &ctx);
+
+   Needs the headers CL/cl.h to compile, and nothing to start: the OpenCL library is loaded at run time. On a machine without
+   one springls_cl_create warns and sets *backend to NULL, and with that springls_create makes a scalar context.
+
+   The model stays on the device from step to step. What host code asks for (views, meshes, queries) is downloaded
+   once, until the model changes again. On devices that round division and square roots correctly results are the same
+   bits as the scalar backend's.
+
+   Licence: as springls.h. */
+#ifndef SPRINGLS_CL_H
+#define SPRINGLS_CL_H
+
+#include "springls.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum springls_cl_kind { SPRINGLS_CL_ANY, SPRINGLS_CL_GPU, SPRINGLS_CL_CPU } springls_cl_kind;
+
+/* Zero-initialised members mean the default. */
+typedef struct springls_cl_desc {
+    springls_cl_kind kind;    /* what to pick: ANY is a GPU if there is one, else what there is                  */
+    void *context;            /* cl_context of the caller, retained; NULL: a new one on the device picked        */
+    void *device;             /* cl_device_id in that context; NULL: its first                                   */
+    void *queue;              /* cl_command_queue of the caller, in order, retained; NULL: a new one             */
+    const char *library;      /* file name of the OpenCL library; NULL: the system's                             */
+    springls_logger logger;   /* what is picked, why there is none, and the build log with lines of springls.h   */
+} springls_cl_desc;
+
+/* Makes a backend for springls_desc.backend; desc may be NULL. On failure *out is NULL, one warning is logged, and nothing is left
+   allocated: DEVICE, there is no OpenCL, no such device, or it cannot run the kernels; OUT_OF_MEMORY. */
+SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
+
+/* After the contexts that use it; NULL is allowed. */
+SPRINGLS_API void springls_cl_destroy(springls_backend *backend);
+
+/* "platform: device", as OpenCL calls them; belongs to the backend. "" for NULL. */
+SPRINGLS_API const char *springls_cl_name(const springls_backend *backend);
+
+/* True when the device rounds as C does: then results are the scalar backend's, bit by bit. */
+SPRINGLS_API bool springls_cl_exact(const springls_backend *backend);
+
+/* What has been done so far, by all contexts: kernels started, and bytes that went each way. */
+typedef struct springls_cl_counts { uint64_t kernels, uploads, downloads, bytes_up, bytes_down; } springls_cl_counts;
+SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *backend);
+
+#ifdef __cplusplus
+}
+#endif
+
+#if defined(SPRINGLS_IMPLEMENTATION) && !defined(SPRINGLS_CL_IMPLEMENTED)
+#define SPRINGLS_CL_IMPLEMENTED
+
+#ifndef CL_TARGET_OPENCL_VERSION
+#define CL_TARGET_OPENCL_VERSION 120
+#endif
+#ifndef CL_USE_DEPRECATED_OPENCL_1_2_APIS
+#define CL_USE_DEPRECATED_OPENCL_1_2_APIS /* clCreateCommandQueue is what every version has */
+#endif
+#if defined(__APPLE__)
+#include <OpenCL/cl.h>
+#else
+#include <CL/cl.h>
+#endif
+
+/* ---- the library, loaded at run time ---- */
+
+#if defined(_WIN32)
+#ifdef __cplusplus
+extern "C" {
+#endif
+__declspec(dllimport) void *__stdcall LoadLibraryA(const char *);
+__declspec(dllimport) void *__stdcall GetProcAddress(void *, const char *);
+__declspec(dllimport) int __stdcall FreeLibrary(void *);
+#ifdef __cplusplus
+}
+#endif
+#define SPRINGLS__CL_OPEN(name) LoadLibraryA(name)
+#define SPRINGLS__CL_FIND(library, name) GetProcAddress(library, name)
+#define SPRINGLS__CL_CLOSE(library) FreeLibrary(library)
+#define SPRINGLS__CL_LIBRARY "OpenCL.dll"
+#else
+#include <dlfcn.h>
+#define SPRINGLS__CL_OPEN(name) dlopen(name, RTLD_NOW | RTLD_LOCAL)
+#define SPRINGLS__CL_FIND(library, name) dlsym(library, name)
+#define SPRINGLS__CL_CLOSE(library) dlclose(library)
+#if defined(__APPLE__)
+#define SPRINGLS__CL_LIBRARY "/System/Library/Frameworks/OpenCL.framework/OpenCL"
+#else
+#define SPRINGLS__CL_LIBRARY "libOpenCL.so.1"
+#endif
+#endif
+
+/* Every function of OpenCL that is used: name without cl, result, arguments. */
+#define SPRINGLS__CL_FUNCTIONS(X)                                                                                                \
+    X(GetPlatformIDs, cl_int, (cl_uint, cl_platform_id *, cl_uint *))                                                            \
+    X(GetPlatformInfo, cl_int, (cl_platform_id, cl_platform_info, size_t, void *, size_t *))                                     \
+    X(GetDeviceIDs, cl_int, (cl_platform_id, cl_device_type, cl_uint, cl_device_id *, cl_uint *))                                \
+    X(GetDeviceInfo, cl_int, (cl_device_id, cl_device_info, size_t, void *, size_t *))                                           \
+    X(CreateContext, cl_context, (const cl_context_properties *, cl_uint, const cl_device_id *,                                  \
+                                  void (CL_CALLBACK *)(const char *, const void *, size_t, void *), void *, cl_int *))           \
+    X(RetainContext, cl_int, (cl_context)) X(ReleaseContext, cl_int, (cl_context))                                               \
+    X(GetContextInfo, cl_int, (cl_context, cl_context_info, size_t, void *, size_t *))                                           \
+    X(CreateCommandQueue, cl_command_queue, (cl_context, cl_device_id, cl_command_queue_properties, cl_int *))                   \
+    X(RetainCommandQueue, cl_int, (cl_command_queue)) X(ReleaseCommandQueue, cl_int, (cl_command_queue))                         \
+    X(CreateProgramWithSource, cl_program, (cl_context, cl_uint, const char **, const size_t *, cl_int *))                       \
+    X(BuildProgram, cl_int, (cl_program, cl_uint, const cl_device_id *, const char *, void (CL_CALLBACK *)(cl_program, void *), void *)) \
+    X(GetProgramBuildInfo, cl_int, (cl_program, cl_device_id, cl_program_build_info, size_t, void *, size_t *))                  \
+    X(ReleaseProgram, cl_int, (cl_program))                                                                                      \
+    X(CreateKernel, cl_kernel, (cl_program, const char *, cl_int *)) X(ReleaseKernel, cl_int, (cl_kernel))                       \
+    X(SetKernelArg, cl_int, (cl_kernel, cl_uint, size_t, const void *))                                                          \
+    X(EnqueueNDRangeKernel, cl_int, (cl_command_queue, cl_kernel, cl_uint, const size_t *, const size_t *, const size_t *,       \
+                                     cl_uint, const cl_event *, cl_event *))                                                     \
+    X(CreateBuffer, cl_mem, (cl_context, cl_mem_flags, size_t, void *, cl_int *)) X(ReleaseMemObject, cl_int, (cl_mem))          \
+    X(EnqueueReadBuffer, cl_int, (cl_command_queue, cl_mem, cl_bool, size_t, size_t, void *, cl_uint, const cl_event *, cl_event *)) \
+    X(EnqueueWriteBuffer, cl_int, (cl_command_queue, cl_mem, cl_bool, size_t, size_t, const void *, cl_uint, const cl_event *, cl_event *)) \
+    X(EnqueueCopyBuffer, cl_int, (cl_command_queue, cl_mem, cl_mem, size_t, size_t, size_t, cl_uint, const cl_event *, cl_event *)) \
+    X(Finish, cl_int, (cl_command_queue))
+
+typedef struct springls__cl {
+    springls_backend base;  /* first: a backend is a springls__cl                                               */
+    springls_logger logger;
+    void *library;
+    cl_context context;
+    cl_device_id device;
+    cl_command_queue queue;
+    cl_program program;
+    cl_kernel kernels[SPRINGLS__KERNEL_COUNT];
+    springls_cl_counts counts;
+    bool exact, gpu;
+    char device_name[256];
+#define SPRINGLS__CL_POINTER(name, result, arguments) result (CL_API_CALL *name) arguments;
+    SPRINGLS__CL_FUNCTIONS(SPRINGLS__CL_POINTER)
+#undef SPRINGLS__CL_POINTER
+} springls__cl;
+
+SPRINGLS__FN const char *springls__cl_error(cl_int error)
+{
+    switch (error) {
+    case CL_DEVICE_NOT_FOUND: return "no device";
+    case CL_DEVICE_NOT_AVAILABLE: return "the device is lost";
+    case CL_COMPILER_NOT_AVAILABLE: return "no compiler";
+    case CL_MEM_OBJECT_ALLOCATION_FAILURE: return "out of device memory";
+    case CL_OUT_OF_RESOURCES: return "out of device resources";
+    case CL_OUT_OF_HOST_MEMORY: return "out of host memory";
+    case CL_BUILD_PROGRAM_FAILURE: return "the kernels do not compile";
+    case CL_INVALID_WORK_GROUP_SIZE: return "the work-group size is not allowed";
+    case CL_INVALID_BUFFER_SIZE: return "a buffer is larger than the device allows";
+    default: return "OpenCL error";
+    }
+}
+
+SPRINGLS__FN springls_status springls__cl_status(cl_int error)
+{
+    return error == CL_MEM_OBJECT_ALLOCATION_FAILURE || error == CL_OUT_OF_RESOURCES || error == CL_OUT_OF_HOST_MEMORY
+        || error == CL_INVALID_BUFFER_SIZE ? SPRINGLS_OUT_OF_MEMORY : SPRINGLS_DEVICE;
+}
+
+SPRINGLS__FN springls_status springls__cl_check(springls_context *ctx, cl_int error, const char *doing)
+{
+    if (error == CL_SUCCESS) return SPRINGLS_OK;
+    return springls__fail(ctx, springls__cl_status(error), "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
+}
+
+SPRINGLS__FN springls__cl *springls__cl_of(springls_context *ctx) { return (springls__cl *)(void *)ctx->backend; }
+
+/* ---- memory and kernels ---- */
+
+SPRINGLS__FN void springls__cl_release(springls_context *ctx, springls__buffer *buffer)
+{
+    if (buffer->device) springls__cl_of(ctx)->ReleaseMemObject((cl_mem)buffer->device);
+    buffer->device = NULL;
+    buffer->device_bytes = 0;
+}
+
+SPRINGLS__FN springls_status springls__cl_resize(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    cl_int error = CL_SUCCESS;
+    cl_mem memory = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, bytes, NULL, &error);
+    SPRINGLS__TRY(springls__cl_check(ctx, error, "device memory"));
+    if (keep > 0) error = cl->EnqueueCopyBuffer(cl->queue, (cl_mem)buffer->device, memory, 0, 0, keep, 0, NULL, NULL);
+    if (error != CL_SUCCESS) cl->ReleaseMemObject(memory);
+    SPRINGLS__TRY(springls__cl_check(ctx, error, "copy"));
+    springls__cl_release(ctx, buffer);
+    buffer->device = memory;
+    buffer->device_bytes = bytes;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    cl_mem memory = (cl_mem)buffer->device;
+    if (bytes == 0) return SPRINGLS_OK;
+    if (to_host) {
+        cl->counts.downloads++;
+        cl->counts.bytes_down += bytes;
+        return springls__cl_check(ctx, cl->EnqueueReadBuffer(cl->queue, memory, CL_TRUE, 0, bytes, buffer->data, 0, NULL, NULL), "download");
+    }
+    cl->counts.uploads++;
+    cl->counts.bytes_up += bytes;
+    return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, memory, CL_TRUE, 0, bytes, buffer->data, 0, NULL, NULL), "upload");
+}
+
+SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx, springls__job job, cl_int count, cl_int grain)
+{
+    springls__shape shape = springls__shape_of(&ctx->model);
+    springls_params params = ctx->model.params;
+    cl_uint i;
+    cl_int error = CL_SUCCESS;
+    for (i = 0; i < SPRINGLS__ARRAY_COUNT && error == CL_SUCCESS; i++) {
+        cl_mem memory = (cl_mem)ctx->memory[i].device;
+        error = cl->SetKernelArg(kernel, i, sizeof memory, memory ? &memory : NULL);
+    }
+    if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof shape, &shape);
+    if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof params, &params);
+    if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof job, &job);
+    if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i++, sizeof count, &count);
+    if (error == CL_SUCCESS) error = cl->SetKernelArg(kernel, i, sizeof grain, &grain);
+    return error;
+}
+
+/* A core takes as many elements as a task of the scalar backend has, a GPU's work item one. */
+SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__job job)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    const springls__kernel_facts *facts = &springls__kernels[kernel];
+    int grain = cl->gpu ? 1 : facts->grain;
+    size_t items = ((size_t)count + (size_t)grain - 1) / (size_t)grain, one = 1;
+    SPRINGLS__TRY(springls__cl_check(ctx, springls__cl_arguments(cl, cl->kernels[kernel], ctx, job, count, grain), facts->name));
+    cl->counts.kernels++;
+    return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, cl->kernels[kernel], 1, NULL, &items, cl->gpu ? NULL : &one, 0, NULL, NULL),
+                              facts->name);
+}
+
+/* ---- the life of a backend ---- */
+
+SPRINGLS__FN void springls__cl_say(const springls_logger *logger, int level, const char *format, const char *what)
+{
+    char line[512];
+    if (!logger->log) return;
+    snprintf(line, sizeof line, format, what);
+    logger->log(logger->user, level, line);
+}
+
+SPRINGLS__FN bool springls__cl_load(springls__cl *cl, const char *library)
+{
+    void *symbol = NULL;
+    cl->library = SPRINGLS__CL_OPEN(library ? library : SPRINGLS__CL_LIBRARY);
+    if (!cl->library) return false;
+#define SPRINGLS__CL_LOAD(name, result, arguments)                      \
+    symbol = SPRINGLS__CL_FIND(cl->library, "cl" #name);                \
+    memcpy(&cl->name, &symbol, sizeof symbol);                          \
+    if (!symbol) return false;
+    SPRINGLS__CL_FUNCTIONS(SPRINGLS__CL_LOAD)
+#undef SPRINGLS__CL_LOAD
+    return true;
+}
+
+#define SPRINGLS__CL_MOST 16 /* platforms, and devices of one, that are looked at */
+
+/* The first device of the kind; with ANY a GPU before others. */
+SPRINGLS__FN bool springls__cl_pick(springls__cl *cl, springls_cl_kind kind)
+{
+    static const cl_device_type types[3][2] = { { CL_DEVICE_TYPE_GPU, CL_DEVICE_TYPE_ALL }, { CL_DEVICE_TYPE_GPU, 0 }, { CL_DEVICE_TYPE_CPU, 0 } };
+    cl_platform_id platforms[SPRINGLS__CL_MOST];
+    cl_uint count = 0, i;
+    int choice;
+    if (cl->GetPlatformIDs(SPRINGLS__CL_MOST, platforms, &count) != CL_SUCCESS) return false;
+    if (count > SPRINGLS__CL_MOST) count = SPRINGLS__CL_MOST;
+    for (choice = 0; choice < 2 && types[kind][choice]; choice++)
+        for (i = 0; i < count; i++) {
+            cl_uint devices = 0;
+            if (cl->GetDeviceIDs(platforms[i], types[kind][choice], 1, &cl->device, &devices) == CL_SUCCESS && devices > 0) return true;
+        }
+    return false;
+}
+
+SPRINGLS__FN void springls__cl_describe(springls__cl *cl)
+{
+    char platform[100] = "", device[120] = "";
+    cl_platform_id id = NULL;
+    cl_device_type type = 0;
+    cl_device_fp_config config = 0;
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL);
+    cl->GetPlatformInfo(id, CL_PLATFORM_NAME, sizeof platform - 1, platform, NULL);
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_NAME, sizeof device - 1, device, NULL);
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
+    snprintf(cl->device_name, sizeof cl->device_name, "%s: %s", platform, device);
+    cl->gpu = (type & CL_DEVICE_TYPE_CPU) == 0;
+    cl->exact = (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) && (config & CL_FP_DENORM);
+}
+
+SPRINGLS__FN void springls__cl_log_build(springls__cl *cl)
+{
+    size_t bytes = 0;
+    char *text, *line, *next;
+    if (!cl->logger.log || cl->GetProgramBuildInfo(cl->program, cl->device, CL_PROGRAM_BUILD_LOG, 0, NULL, &bytes) != CL_SUCCESS) return;
+    text = (char *)calloc(bytes + 1, 1);
+    if (!text) return;
+    cl->GetProgramBuildInfo(cl->program, cl->device, CL_PROGRAM_BUILD_LOG, bytes, text, NULL);
+    for (line = text; line && *line; line = next) {
+        next = strchr(line, '\n');
+        if (next) *next++ = 0;
+        if (*line) cl->logger.log(cl->logger.user, 2, line);
+    }
+    free(text);
+}
+
+SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl)
+{
+    const char *const *lines;
+    const char **text;
+    char entry[64];
+    int count, kernel;
+    cl_int error = CL_SUCCESS;
+    springls_kernel_source(&lines, &count);
+    text = (const char **)malloc((size_t)count * sizeof *text);
+    if (!text) return CL_OUT_OF_HOST_MEMORY;
+    memcpy(text, lines, (size_t)count * sizeof *text);
+    cl->program = cl->CreateProgramWithSource(cl->context, (cl_uint)count, text, NULL, &error);
+    free(text);
+    if (error != CL_SUCCESS) return error;
+    error = cl->BuildProgram(cl->program, 1, &cl->device, cl->exact ? "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt" : "-cl-std=CL1.2", NULL, NULL);
+    if (error != CL_SUCCESS) springls__cl_log_build(cl);
+    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++) {
+        snprintf(entry, sizeof entry, "springls_%s", springls__kernels[kernel].name);
+        cl->kernels[kernel] = cl->CreateKernel(cl->program, entry, &error);
+    }
+    return error;
+}
+
+/* The caller's context and queue, or new ones. */
+SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc *desc)
+{
+    cl_int error = CL_SUCCESS;
+    if (desc->context) {
+        cl->device = (cl_device_id)desc->device;
+        if (!cl->device) error = cl->GetContextInfo((cl_context)desc->context, CL_CONTEXT_DEVICES, sizeof cl->device, &cl->device, NULL);
+        if (error == CL_SUCCESS) error = cl->RetainContext((cl_context)desc->context);
+        if (error != CL_SUCCESS) return error;
+        cl->context = (cl_context)desc->context;
+    } else {
+        if (!springls__cl_pick(cl, desc->kind)) return CL_DEVICE_NOT_FOUND;
+        cl->context = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
+        if (error != CL_SUCCESS) return error;
+    }
+    springls__cl_describe(cl);
+    if (desc->queue) {
+        error = cl->RetainCommandQueue((cl_command_queue)desc->queue);
+        if (error == CL_SUCCESS) cl->queue = (cl_command_queue)desc->queue;
+    } else {
+        cl->queue = cl->CreateCommandQueue(cl->context, cl->device, 0, &error);
+    }
+    return error == CL_SUCCESS ? springls__cl_build(cl) : error;
+}
+
+SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
+{
+    springls__cl *cl = (springls__cl *)(void *)backend;
+    int kernel;
+    if (!cl) return;
+    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT; kernel++)
+        if (cl->kernels[kernel]) cl->ReleaseKernel(cl->kernels[kernel]);
+    if (cl->program) cl->ReleaseProgram(cl->program);
+    if (cl->queue) cl->ReleaseCommandQueue(cl->queue);
+    if (cl->context) cl->ReleaseContext(cl->context);
+    if (cl->library) SPRINGLS__CL_CLOSE(cl->library);
+    free(cl);
+}
+
+SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out)
+{
+    springls_cl_desc none;
+    springls__cl *cl;
+    cl_int error;
+    memset(&none, 0, sizeof none);
+    if (!desc) desc = &none;
+    if (!out) return SPRINGLS_INVALID_ARGUMENT;
+    *out = NULL;
+    if ((int)desc->kind < SPRINGLS_CL_ANY || desc->kind > SPRINGLS_CL_CPU) return SPRINGLS_INVALID_ARGUMENT;
+    cl = (springls__cl *)calloc(1, sizeof *cl);
+    if (!cl) return SPRINGLS_OUT_OF_MEMORY;
+    cl->logger = desc->logger;
+    cl->base.resize = springls__cl_resize;
+    cl->base.release = springls__cl_release;
+    cl->base.transfer = springls__cl_transfer;
+    cl->base.run = springls__cl_run;
+    if (!springls__cl_load(cl, desc->library)) {
+        springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", desc->library ? desc->library : SPRINGLS__CL_LIBRARY);
+        error = CL_DEVICE_NOT_AVAILABLE;
+    } else {
+        error = springls__cl_begin(cl, desc);
+        if (error != CL_SUCCESS) springls__cl_say(&desc->logger, 2, "opencl: %s: going on without", springls__cl_error(error));
+    }
+    if (error != CL_SUCCESS) {
+        springls_cl_destroy(&cl->base);
+        return springls__cl_status(error);
+    }
+    springls__cl_say(&desc->logger, 3, "opencl: %s", cl->device_name);
+    *out = &cl->base;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API const char *springls_cl_name(const springls_backend *backend)
+{
+    return backend ? ((const springls__cl *)(const void *)backend)->device_name : "";
+}
+
+SPRINGLS_API bool springls_cl_exact(const springls_backend *backend)
+{
+    return backend && ((const springls__cl *)(const void *)backend)->exact;
+}
+
+SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *backend)
+{
+    springls_cl_counts none;
+    memset(&none, 0, sizeof none);
+    return backend ? ((const springls__cl *)(const void *)backend)->counts : none;
+}
+
+#endif
+#endif

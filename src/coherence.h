@@ -1,0 +1,114 @@
+/* coherence.h - with a backend every array has a twin on the device. Kernels keep what they write there; host code says what it is
+   about to read and write, and only that is brought here, once. */
+
+/* How many elements of an array are in use. */
+SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
+{
+    const springls__model *m = &ctx->model;
+    size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
+    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY || array == SPRINGLS__ARRAY_NEIGHBORS)
+        used = (size_t)m->set.count;
+    else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
+        used = (size_t)m->grid.slot_count;
+    return used < all ? used : all;
+}
+
+/* Brings an array to the host or to the device. */
+SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
+{
+    springls__buffer *buffer = &ctx->memory[array];
+    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, springls__used(ctx, array) * springls__element_size(array), to_host));
+    if (to_host) buffer->host_stale = false;
+    else buffer->device_stale = false;
+    return SPRINGLS_OK;
+}
+
+#define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
+
+/* To be called before host code reads arrays of the model, or writes some of their elements. */
+SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
+{
+    int array;
+    if (!ctx->backend) return SPRINGLS_OK;
+    if (ctx->backend_status != SPRINGLS_OK) return ctx->backend_status;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (!((reads | writes) >> array & 1u)) continue;
+        if (buffer->host_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, true));
+        if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
+    }
+    return SPRINGLS_OK;
+}
+
+/* The same where a failure must wait for the end of the stage. */
+SPRINGLS__FN bool springls__readable(springls_context *ctx, uint64_t reads, uint64_t writes)
+{
+    if (ctx->backend && ctx->backend_status == SPRINGLS_OK) ctx->backend_status = springls__to_host(ctx, reads, writes);
+    return ctx->backend_status == SPRINGLS_OK;
+}
+
+/* What a kernel may touch is on the device; what it writes is only there. */
+SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->device_bytes < buffer->bytes) {
+            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+            buffer->device_stale = !buffer->host_stale;
+        }
+        if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
+        if (writes >> array & 1u) buffer->host_stale = true;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Stages run on the device ... */
+SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
+
+/* ... inputs and queries here. */
+SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
+{
+    ctx->on_device = false;
+    return springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0);
+}
+
+/* Whatever the device has is of no use any more. */
+SPRINGLS__FN void springls__host_anew(springls_context *ctx)
+{
+    int array;
+    ctx->on_device = false;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        ctx->memory[array].host_stale = false;
+        ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
+    }
+}
+
+SPRINGLS__FN void springls__clear_model(springls_context *ctx);
+
+/* The backend has failed: the context goes on without it, with what can still be read from the device; else with no model. */
+SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
+{
+    springls_status failure = ctx->backend_status;
+    bool lost;
+    int array;
+    char error[sizeof ctx->error];
+    memcpy(error, ctx->error, sizeof error);
+    ctx->backend_status = SPRINGLS_OK;
+    ctx->on_device = false;
+    lost = springls__to_host(ctx, SPRINGLS__ALL_BITS, 0) != SPRINGLS_OK;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->device) ctx->backend->release(ctx, buffer);
+        buffer->host_stale = buffer->device_stale = false;
+    }
+    ctx->backend = NULL;
+    if (lost) springls__clear_model(ctx);
+    return springls__fail(ctx, failure, "%s; going on without the device%s", error, lost ? ", the model is lost" : "");
+}
+
+/* The end of what runs on the device: its failure, if it has failed. */
+SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_status status)
+{
+    return ctx->backend_status == SPRINGLS_OK ? status : springls__leave_backend(ctx);
+}
