@@ -30,16 +30,16 @@
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>fill_from_springls   kernels_embed/fill_from_springls.h
      >>fill_gaps            kernels_embed/fill_gaps.h
-     >>kernels              kernels_embed/kernels.h
-     >>lanes                src/lanes.h
+     >>lanes                kernels_embed/lanes.h
+     >>lanes_neighbors      kernels_embed/lanes_neighbors.h
+     >>lanes_rows           kernels_embed/lanes_rows.h
+     >>lanes_project        kernels_embed/lanes_project.h
      >>rows                 kernels_embed/rows.h
+     >>kernels              kernels_embed/kernels.h
      >>internal             src/internal.h
      >>memory               src/memory.h
      >>params               src/params.h
      >>kernels              src/kernels.h
-     >>lanes_neighbors      src/lanes_neighbors.h
-     >>lanes_rows           src/lanes_rows.h
-     >>lanes_project        src/lanes_project.h
      >>lanes_relax          src/lanes_relax.h
      >>lanes_advect         src/lanes_advect.h
      >>coherence            src/coherence.h
@@ -4341,75 +4341,32 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
     model->set.was[n] = s.p; /* it has been placed, not moved */
 }
 
-/* ======== >>kernels  (kernels_embed/kernels.h) ================================================================= */
-/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
-   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
-   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
-
-/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
-#define SPRINGLS__KERNELS(X)                                                                          \
-    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
-    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
-    X(orient, 256, SPRINGLS__BIT(S))                                                                \
-    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
-    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
-    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
-    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
-    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
-    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
-    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
-    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
-    X(track, 256, SPRINGLS__BIT(A))                                                                 \
-    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
-    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
-    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
-    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
-    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
-    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
-    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
-    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
-    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
-    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
-    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
-    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
-    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
-    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
-    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
-    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
-    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
-    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
-    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
-
-/* Those whose loop is in lanes_*.h. */
-#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
-    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
-
-/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,
-   and elements that a core of a processor takes at once. */
-#define SPRINGLS__COLLECTIVES(X)                                                                      \
-    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
-    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
-    X(counts_clear, 16)                                                                               \
-    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
-    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
-    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
-    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \
-    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)
-
-/* ======== >>lanes  (src/lanes.h) =============================================================================== */
+/* ======== >>lanes  (kernels_embed/lanes.h) ===================================================================== */
 /* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
    compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
 
-#if defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
+#if defined(__OPENCL_VERSION__)
+#define SPRINGLS__LANES 8
+#define SPRINGLS__LANE static inline
+typedef float8 springls__vec;
+typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */
+#define springls__vec_load(from) vload8(0, from)
+#define springls__vec_store(to, v) vstore8(v, 0, to)
+#define springls__vec_all(x) ((float8)(x))
+#define springls__vec_select(where, yes, no) select(no, yes, where)
+#define springls__vec_min(a, b) springls__vec_lesser(a, b)
+#define springls__vec_max(a, b) springls__vec_greater(a, b)
+#define springls__vec_abs(x) fabs(x)
+#define springls__vec_sqrt(x) sqrt(x)
+#define springls__vec_of_ints(k) convert_float8(k)
+#define springls__vec_to_ints(x) convert_int8(x)
+#define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vmask_any(where) any(where)
+static inline springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }
+static inline springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }
+
+#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
 #if defined(__AVX2__)
 #include <immintrin.h>
 #define SPRINGLS__LANES 8
@@ -4430,7 +4387,6 @@ typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
 typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
 typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
 
-typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
 SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
@@ -4465,11 +4421,6 @@ SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
 #endif
 }
 
-SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
-{
-    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
-}
-
 SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
 {
     springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
@@ -4488,13 +4439,6 @@ SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
 #endif
 }
 
-/* x rounded down, for |x| < 2^31. */
-SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
-{
-    springls__vec t = __builtin_convertvector(__builtin_convertvector(x, springls__vmask), springls__vec);
-    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
-}
-
 SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
 {
 #if defined(SPRINGLS__SIMD)
@@ -4504,6 +4448,27 @@ SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
     for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
     return any != 0;
 #endif
+}
+
+#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)
+#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)
+#define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#endif
+
+#ifdef SPRINGLS__LANES
+
+typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
+
+SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
+{
+    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
+}
+
+/* x rounded down, for |x| < 2^31. */
+SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
+{
+    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));
+    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
 }
 
 SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
@@ -4576,7 +4541,7 @@ SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
 /* 2^k for whole k in [-126, 127]. */
 SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
 {
-    return (springls__vec)((__builtin_convertvector(k, springls__vmask) + 127) << 23);
+    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);
 }
 
 SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)
@@ -4613,6 +4578,355 @@ SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x,
     springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
     d = springls__vec3_mad(d, along, -s);
     return springls__vec3_dot(d, d);
+}
+
+#endif
+
+/* ======== >>lanes_neighbors  (kernels_embed/lanes_neighbors.h) ================================================= */
+/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
+
+#ifdef SPRINGLS__LANES
+
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+{
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    springls__vec3 at;
+    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
+    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
+    int e, m;
+    at.x = springls__vec_load(x);
+    at.y = springls__vec_load(y);
+    at.z = springls__vec_load(z);
+    for (e = 0; e < 3; e++) {
+        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
+        springls__vmask nearer = d < best;
+        best = springls__vec_select(nearer, d, best);
+        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
+    }
+    springls__vec_store(d2s, best);
+    springls__vec_store(edges, found);
+    for (m = 0; m < 3; m++) {
+        d2[m] = d2s[m];
+        edge[m] = (int)edges[m];
+    }
+}
+
+#endif
+
+/* ======== >>lanes_rows  (kernels_embed/lanes_rows.h) =========================================================== */
+/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
+
+#ifdef SPRINGLS__LANES
+
+/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
+SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
+{
+    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
+    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
+    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
+    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
+    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
+                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
+                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
+    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
+}
+
+/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + reach;
+        at.x = (float)x + springls__vec_load(ramp + i);
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
+
+/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
+   sphere is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                     SPRINGLS__GLOBAL const float *omega, float *side)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_load(ramp + i);
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
+        if (!springls__vmask_any(counts)) continue;
+        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
+        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
+        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
+        springls__vec_store(side + i, springls__vec_load(side + i) + height);
+    }
+}
+
+typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
+
+SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
+{
+    springls__vec_cross7 v;
+    v.c = springls__vec_load(t);
+    v.xm = springls__vec_load(t - 1);
+    v.xp = springls__vec_load(t + 1);
+    v.ym = springls__vec_load(t - SPRINGLS__TILE);
+    v.yp = springls__vec_load(t + SPRINGLS__TILE);
+    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
+    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
+    return v;
+}
+
+/* f times the upwind difference of phi */
+SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
+SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
+    springls__vmask inside = springls__vec_abs(v.c) <= width;
+    springls__vec change;
+    if (!springls__vmask_any(inside)) {
+        springls__vec_store(out, v.c);
+        return;
+    }
+    o = springls__tile_cross_lanes(omega);
+    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
+           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
+           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
+    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+    springls__vec_store(out, springls__vec_select(inside, change, v.c));
+}
+
+SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
+}
+
+SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+}
+
+SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+}
+
+SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
+{
+    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
+    springls__vmask inside = v.c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
+{
+    springls__vec flat = springls__vec_abs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
+    return slope * slope;
+}
+
+SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
+{
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
+}
+
+/* Is one of the 26 neighbours on the other side? */
+SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
+{
+    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
+    springls__vmask inside = c < 0.0f;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
+SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
+    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    if (springls__vmask_any(crossed | edge)) {
+        own = springls__interface_distance_lanes(v);
+        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
+        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
+        d = springls__vec_select(crossed, own, d);
+    }
+    springls__vec_store(out, d);
+}
+
+SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
+}
+
+SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
+{
+    const springls__vec zero = springls__vec_all(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
+}
+
+SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
+    springls__vec d = springls__vec_all(far_value);
+    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
+    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    springls__vec_store(out, springls__vec_select(kept, v.c, d));
+}
+
+SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
+}
+
+#endif
+
+/* ======== >>lanes_project  (kernels_embed/lanes_project.h) ===================================================== */
+/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
+   offset: from the particle to the row's first voxel. */
+
+#ifdef SPRINGLS__LANES
+
+SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+
+SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
+{
+    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
+}
+
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
+        springls__vec best = springls__vec_load(sums->nearest2 + i);
+        springls__vmask nearer = d2 < best;
+        if (!springls__vmask_any(nearer)) continue;
+        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
+        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
+        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
+        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
+    }
+}
+
+SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
+{
+    float *at = &sums->sum[member][i];
+    springls__vec_store(at, springls__vec_load(at) + value);
+}
+
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
+    springls__vec zero = springls__vec_all(0.0f);
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
+        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
+        if (!springls__vmask_any(w > zero)) continue;
+        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
+              + springls__vec_load(sums->facing[2] + i) * s.n.z;
+        w = w * w;
+        w = springls__vec_select(along > 0.4f, w * w, zero);
+        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
+    }
+}
+
+SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
+}
+
+/* springls__settled; phi points into a tile. */
+SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_cross7 v;
+        springls__vec sum, nearest;
+        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
+        if (!springls__vmask_any(doubtful)) {
+            springls__vec_store(out + i, springls__vec_load(phi + i));
+            continue;
+        }
+        v = springls__tile_cross_lanes(phi + i);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
+            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
+                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
+                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
+        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
+        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
+        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
+    }
+}
+
+/* springls__without_speck; true when there was one. */
+SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
+        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vmask_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
 }
 
 #endif
@@ -4753,6 +5067,69 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 }
 
 #endif
+
+/* ======== >>kernels  (kernels_embed/kernels.h) ================================================================= */
+/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
+   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
+   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
+
+/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
+#define SPRINGLS__KERNELS(X)                                                                          \
+    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
+    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
+    X(orient, 256, SPRINGLS__BIT(S))                                                                \
+    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
+    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
+    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
+    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
+    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
+    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
+    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
+    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
+    X(track, 256, SPRINGLS__BIT(A))                                                                 \
+    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
+    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
+    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
+    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
+    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
+    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
+    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
+    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
+    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
+    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
+    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
+    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
+    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
+    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
+    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
+    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
+    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+
+/* Those whose loop is in lanes_*.h. */
+#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
+    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+
+/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,
+   and elements that a core of a processor takes at once. */
+#define SPRINGLS__COLLECTIVES(X)                                                                      \
+    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
+    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
+    X(counts_clear, 16)                                                                               \
+    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
+    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
+    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
+    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \
+    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)
 
 /* what a context holds */
 
@@ -5190,359 +5567,10 @@ typedef struct springls__kernel_facts {
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
     }
 
-/* ======== >>lanes_neighbors  (src/lanes_neighbors.h) =========================================================== */
-/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
-
-#if SPRINGLS__LANES
-
-SPRINGLS__FN void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
-    springls__vec3 at;
-    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
-    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
-    int e, m;
-    at.x = springls__vec_load(x);
-    at.y = springls__vec_load(y);
-    at.z = springls__vec_load(z);
-    for (e = 0; e < 3; e++) {
-        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
-        springls__vmask nearer = d < best;
-        best = springls__vec_select(nearer, d, best);
-        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
-    }
-    springls__vec_store(d2s, best);
-    springls__vec_store(edges, found);
-    for (m = 0; m < 3; m++) {
-        d2[m] = d2s[m];
-        edge[m] = (int)edges[m];
-    }
-}
-
-#endif
-
-/* ======== >>lanes_rows  (src/lanes_rows.h) ===================================================================== */
-/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
-
-#if SPRINGLS__LANES
-
-/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
-SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
-{
-    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
-    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
-    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
-    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
-    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
-                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
-                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
-    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
-}
-
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec best = springls__vec_load(row + i), within = best + reach;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
-        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
-        springls__vec_store(row + i, best);
-    }
-}
-
-/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
-   sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
-        springls__vmask counts;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
-        if (!springls__vmask_any(counts)) continue;
-        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
-        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
-        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
-        springls__vec_store(side + i, springls__vec_load(side + i) + height);
-    }
-}
-
-typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
-
-SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
-{
-    springls__vec_cross7 v;
-    v.c = springls__vec_load(t);
-    v.xm = springls__vec_load(t - 1);
-    v.xp = springls__vec_load(t + 1);
-    v.ym = springls__vec_load(t - SPRINGLS__TILE);
-    v.yp = springls__vec_load(t + SPRINGLS__TILE);
-    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
-    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
-    return v;
-}
-
-/* f times the upwind difference of phi */
-SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
-{
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
-}
-
-/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
-    springls__vmask inside = springls__vec_abs(v.c) <= width;
-    springls__vec change;
-    if (!springls__vmask_any(inside)) {
-        springls__vec_store(out, v.c);
-        return;
-    }
-    o = springls__tile_cross_lanes(omega);
-    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
-           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
-           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
-    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-    springls__vec_store(out, springls__vec_select(inside, change, v.c));
-}
-
-SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
-{
-    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-    springls__vmask inside = v.c < 0.0f;
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
-{
-    springls__vec flat = springls__vec_abs(0.5f * (p - m));
-    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
-    return slope * slope;
-}
-
-SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
-{
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
-    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
-    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
-    return v.c / (1.0f + share * excess);
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
-{
-    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
-    springls__vmask inside = c < 0.0f;
-    int i;
-    for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
-        lo = springls__vec_min(lo, v);
-        hi = springls__vec_max(hi, v);
-    }
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
-    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    if (springls__vmask_any(crossed | edge)) {
-        own = springls__interface_distance_lanes(v);
-        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
-        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
-        d = springls__vec_select(crossed, own, d);
-    }
-    springls__vec_store(out, d);
-}
-
-SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
-{
-    const springls__vec zero = springls__vec_all(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
-    springls__vec one = a + 1.0f, two, three, sum, d;
-    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
-    sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
-    d = springls__vec_select(one > b, two, one);
-    return springls__vec_select(d > c, three, d);
-}
-
-SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
-    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
-    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
-    springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
-    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(kept, v.c, d));
-}
-
-SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
-}
-
-#endif
-
-/* ======== >>lanes_project  (src/lanes_project.h) =============================================================== */
-/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
-   offset: from the particle to the row's first voxel. */
-
-#if SPRINGLS__LANES
-
-static const float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-
-SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
-{
-    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
-}
-
-SPRINGLS__FN void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec best = springls__vec_load(sums->nearest2 + i);
-        springls__vmask nearer = d2 < best;
-        if (!springls__vmask_any(nearer)) continue;
-        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
-        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
-        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
-    }
-}
-
-SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
-{
-    float *at = &sums->sum[member][i];
-    springls__vec_store(at, springls__vec_load(at) + value);
-}
-
-SPRINGLS__FN void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
-    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
-    springls__vec zero = springls__vec_all(0.0f);
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
-        if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
-              + springls__vec_load(sums->facing[2] + i) * s.n.z;
-        w = w * w;
-        w = springls__vec_select(along > 0.4f, w * w, zero);
-        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
-        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
-    }
-}
-
-SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
-{
-    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
-}
-
-/* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v;
-        springls__vec sum, nearest;
-        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
-        if (!springls__vmask_any(doubtful)) {
-            springls__vec_store(out + i, springls__vec_load(phi + i));
-            continue;
-        }
-        v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
-            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
-        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
-                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
-                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
-        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
-        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
-        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
-    }
-}
-
-/* springls__without_speck; true when there was one. */
-SPRINGLS__FN bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
-        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vmask_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-#endif
-
 /* ======== >>lanes_relax  (src/lanes_relax.h) =================================================================== */
 /* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, springls__vec x)
 {
@@ -5710,7 +5738,7 @@ SPRINGLS__RANGE(relax)
 /* ======== >>lanes_advect  (src/lanes_advect.h) ================================================================= */
 /* lanes_advect.h - springls__deformation_velocity of kernels_embed/advect.h for a few points at a time. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 /* All points but the last few; returns how many. */
 SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
@@ -14189,68 +14217,592 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
     "#line 4345 \"springls.h\"\n",
-    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
-    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
-    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
+    "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
+    "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
     "\n",
-    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
-    "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
-    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
-    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
-    "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
-    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \\\n",
-    "    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \\\n",
-    "    X(reshape, 256, SPRINGLS__BIT(S))                                                               \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \\\n",
-    "    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \\\n",
-    "    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \\\n",
-    "    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \\\n",
-    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \\\n",
-    "    X(track, 256, SPRINGLS__BIT(A))                                                                 \\\n",
-    "    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \\\n",
-    "    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \\\n",
-    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \\\n",
-    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \\\n",
-    "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
-    "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
-    "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
-    "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
-    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
-    "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
-    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
-    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
-    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
-    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
-    "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
-    "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
-    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
-    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
-    "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
-    "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
-    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
-    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
-    "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
-    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "#if defined(__OPENCL_VERSION__)\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__LANE static inline\n",
+    "typedef float8 springls__vec;\n",
+    "typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */\n",
+    "#define springls__vec_load(from) vload8(0, from)\n",
+    "#define springls__vec_store(to, v) vstore8(v, 0, to)\n",
+    "#define springls__vec_all(x) ((float8)(x))\n",
+    "#define springls__vec_select(where, yes, no) select(no, yes, where)\n",
+    "#define springls__vec_min(a, b) springls__vec_lesser(a, b)\n",
+    "#define springls__vec_max(a, b) springls__vec_greater(a, b)\n",
+    "#define springls__vec_abs(x) fabs(x)\n",
+    "#define springls__vec_sqrt(x) sqrt(x)\n",
+    "#define springls__vec_of_ints(k) convert_float8(k)\n",
+    "#define springls__vec_to_ints(x) convert_int8(x)\n",
+    "#define springls__vec_of_bits(bits) as_float8(bits)\n",
+    "#define springls__vmask_any(where) any(where)\n",
+    "static inline springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
+    "static inline springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
     "\n",
-    "/* Those whose loop is in lanes_*.h. */\n",
-    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
-    "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
+    "#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)\n",
+    "#if defined(__AVX2__)\n",
+    "#include <immintrin.h>\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps\n",
+    "typedef __m256 springls__simd;\n",
+    "#else\n",
+    "#define SPRINGLS__LANES 4\n",
+    "#if defined(__SSE2__)\n",
+    "#include <emmintrin.h>\n",
+    "#define SPRINGLS__SIMD(operation) _mm_##operation##_ps\n",
+    "typedef __m128 springls__simd;\n",
+    "#endif\n",
+    "#endif\n",
     "\n",
-    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,\n",
-    "   and elements that a core of a processor takes at once. */\n",
-    "#define SPRINGLS__COLLECTIVES(X)                                                                      \\\n",
-    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \\\n",
-    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \\\n",
-    "    X(counts_clear, 16)                                                                               \\\n",
-    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
-    "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
-    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
-    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \\\n",
-    "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
-    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)\n",
-    "#line 4621 \"springls.h\"\n",
+    "#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline\n",
+    "\n",
+    "typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));\n",
+    "typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */\n",
+    "typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));\n",
+    "\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_all(float x)\n",
+    "{\n",
+    "    springls__vec v = { 0 };\n",
+    "    return x - v; /* x + 0 would lose the sign of -0 */\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)\n",
+    "{\n",
+    "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
+    "}\n",
+    "\n",
+    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a < b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a > b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)\n",
+    "{\n",
+    "    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);\n",
+    "    return (springls__vec)((springls__vmask)x & ~sign);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);\n",
+    "#else\n",
+    "    springls__vec r = x;\n",
+    "    int i;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);\n",
+    "    return r;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;\n",
+    "#else\n",
+    "    int i, any = 0;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];\n",
+    "    return any != 0;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)\n",
+    "#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)\n",
+    "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
+    "#endif\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)\n",
+    "{\n",
+    "    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));\n",
+    "}\n",
+    "\n",
+    "/* x rounded down, for |x| < 2^31. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)\n",
+    "{\n",
+    "    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));\n",
+    "    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)\n",
+    "{\n",
+    "    springls__vec3 r;\n",
+    "    r.x = springls__vec_all(v.x);\n",
+    "    r.y = springls__vec_all(v.y);\n",
+    "    r.z = springls__vec_all(v.z);\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    a.x += b.x;\n",
+    "    a.y += b.y;\n",
+    "    a.z += b.z;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    a.x -= b.x;\n",
+    "    a.y -= b.y;\n",
+    "    a.z -= b.z;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)\n",
+    "{\n",
+    "    a.x *= s;\n",
+    "    a.y *= s;\n",
+    "    a.z *= s;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "/* a + s b */\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)\n",
+    "{\n",
+    "    a.x += b.x * s;\n",
+    "    a.y += b.y * s;\n",
+    "    a.z += b.z * s;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    springls__vec3 r;\n",
+    "    r.x = a.y * b.z - a.z * b.y;\n",
+    "    r.y = a.z * b.x - a.x * b.z;\n",
+    "    r.z = a.x * b.y - a.y * b.x;\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)\n",
+    "{\n",
+    "    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);\n",
+    "    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);\n",
+    "    springls__vmask some = l2 > springls__vec_all(1e-30f);\n",
+    "    a = springls__vec3_scale(a, s);\n",
+    "    a.x = springls__vec_select(some, a.x, zero);\n",
+    "    a.y = springls__vec_select(some, a.y, zero);\n",
+    "    a.z = springls__vec_select(some, a.z, zero);\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "/* 2^k for whole k in [-126, 127]. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)\n",
+    "{\n",
+    "    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)\n",
+    "{\n",
+    "    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);\n",
+    "    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
+    "    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
+    "                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
+    "    return e * springls__vec_power2(k);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)\n",
+    "{\n",
+    "    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);\n",
+    "    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));\n",
+    "    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));\n",
+    "    t = springls__vec_select(x < 0.0f, -t, t);\n",
+    "    return springls__vec_select(a < 0.25f, series, t);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)\n",
+    "{\n",
+    "    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
+    "                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
+    "    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)\n",
+    "{\n",
+    "    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);\n",
+    "    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);\n",
+    "    d = springls__vec3_mad(d, along, -s);\n",
+    "    return springls__vec3_dot(d, d);\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4586 \"springls.h\"\n",
+    "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
+    "{\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    springls__vec3 at;\n",
+    "    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);\n",
+    "    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];\n",
+    "    int e, m;\n",
+    "    at.x = springls__vec_load(x);\n",
+    "    at.y = springls__vec_load(y);\n",
+    "    at.z = springls__vec_load(z);\n",
+    "    for (e = 0; e < 3; e++) {\n",
+    "        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
+    "        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);\n",
+    "        springls__vmask nearer = d < best;\n",
+    "        best = springls__vec_select(nearer, d, best);\n",
+    "        found = springls__vec_select(nearer, springls__vec_all((float)e), found);\n",
+    "    }\n",
+    "    springls__vec_store(d2s, best);\n",
+    "    springls__vec_store(edges, found);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        d2[m] = d2s[m];\n",
+    "        edge[m] = (int)edges[m];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4618 \"springls.h\"\n",
+    "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "/* springls__tri_distance2 at x, x + (1, 0, 0), ... */\n",
+    "SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)\n",
+    "{\n",
+    "    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));\n",
+    "    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));\n",
+    "    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));\n",
+    "    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);\n",
+    "    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),\n",
+    "                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),\n",
+    "                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));\n",
+    "    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
+    "                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
+    "                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
+    "    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;\n",
+    "}\n",
+    "\n",
+    "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "{\n",
+    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec best = springls__vec_load(row + i), within = best + reach;\n",
+    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
+    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
+    "        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;\n",
+    "        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));\n",
+    "        springls__vec_store(row + i, best);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
+    "   sphere is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
+    "                                     SPRINGLS__GLOBAL const float *omega, float *side)\n",
+    "{\n",
+    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;\n",
+    "        springls__vmask counts;\n",
+    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
+    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
+    "        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);\n",
+    "        if (!springls__vmask_any(counts)) continue;\n",
+    "        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;\n",
+    "        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));\n",
+    "        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + height);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)\n",
+    "{\n",
+    "    springls__vec_cross7 v;\n",
+    "    v.c = springls__vec_load(t);\n",
+    "    v.xm = springls__vec_load(t - 1);\n",
+    "    v.xp = springls__vec_load(t + 1);\n",
+    "    v.ym = springls__vec_load(t - SPRINGLS__TILE);\n",
+    "    v.yp = springls__vec_load(t + SPRINGLS__TILE);\n",
+    "    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);\n",
+    "    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "/* f times the upwind difference of phi */\n",
+    "SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
+    "}\n",
+    "\n",
+    "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
+    "SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
+    "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
+    "    springls__vec change;\n",
+    "    if (!springls__vmask_any(inside)) {\n",
+    "        springls__vec_store(out, v.c);\n",
+    "        return;\n",
+    "    }\n",
+    "    o = springls__tile_cross_lanes(omega);\n",
+    "    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)\n",
+    "           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)\n",
+    "           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);\n",
+    "    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
+    "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
+    "    springls__vmask inside = v.c < 0.0f;\n",
+    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    springls__vec flat = springls__vec_abs(0.5f * (p - m));\n",
+    "    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));\n",
+    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
+    "    return slope * slope;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
+    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;\n",
+    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);\n",
+    "    return v.c / (1.0f + share * excess);\n",
+    "}\n",
+    "\n",
+    "/* Is one of the 26 neighbours on the other side? */\n",
+    "SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)\n",
+    "{\n",
+    "    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;\n",
+    "    springls__vmask inside = c < 0.0f;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 27; i++) {\n",
+    "        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        lo = springls__vec_min(lo, v);\n",
+    "        hi = springls__vec_max(hi, v);\n",
+    "    }\n",
+    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
+    "}\n",
+    "\n",
+    "/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */\n",
+    "SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
+    "    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;\n",
+    "    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;\n",
+    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "    if (springls__vmask_any(crossed | edge)) {\n",
+    "        own = springls__interface_distance_lanes(v);\n",
+    "        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);\n",
+    "        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));\n",
+    "        d = springls__vec_select(crossed, own, d);\n",
+    "    }\n",
+    "    springls__vec_store(out, d);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)\n",
+    "{\n",
+    "    const springls__vec zero = springls__vec_all(0.0f);\n",
+    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
+    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
+    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
+    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
+    "    sum = a + b + c;\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    d = springls__vec_select(one > b, two, one);\n",
+    "    return springls__vec_select(d > c, three, d);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
+    "    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));\n",
+    "    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));\n",
+    "    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));\n",
+    "    springls__vec d = springls__vec_all(far_value);\n",
+    "    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);\n",
+    "    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));\n",
+    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
+    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4826 \"springls.h\"\n",
+    "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
+    "   offset: from the particle to the row's first voxel. */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "\n",
+    "SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)\n",
+    "{\n",
+    "    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
+    "        springls__vec best = springls__vec_load(sums->nearest2 + i);\n",
+    "        springls__vmask nearer = d2 < best;\n",
+    "        if (!springls__vmask_any(nearer)) continue;\n",
+    "        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));\n",
+    "        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);\n",
+    "        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);\n",
+    "        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)\n",
+    "{\n",
+    "    float *at = &sums->sum[member][i];\n",
+    "    springls__vec_store(at, springls__vec_load(at) + value);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
+    "    springls__vec zero = springls__vec_all(0.0f);\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
+    "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
+    "        if (!springls__vmask_any(w > zero)) continue;\n",
+    "        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y\n",
+    "              + springls__vec_load(sums->facing[2] + i) * s.n.z;\n",
+    "        w = w * w;\n",
+    "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)\n",
+    "{\n",
+    "    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);\n",
+    "}\n",
+    "\n",
+    "/* springls__settled; phi points into a tile. */\n",
+    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec_cross7 v;\n",
+    "        springls__vec sum, nearest;\n",
+    "        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;\n",
+    "        if (!springls__vmask_any(doubtful)) {\n",
+    "            springls__vec_store(out + i, springls__vec_load(phi + i));\n",
+    "            continue;\n",
+    "        }\n",
+    "        v = springls__tile_cross_lanes(phi + i);\n",
+    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)\n",
+    "            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
+    "        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),\n",
+    "                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),\n",
+    "                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));\n",
+    "        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));\n",
+    "        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);\n",
+    "        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* springls__without_speck; true when there was one. */\n",
+    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);\n",
+    "        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
+    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
+    "        some = some || springls__vmask_any(bubble | crumb);\n",
+    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4935 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -14386,7 +14938,69 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 14390 \"springls.h\"\n",
+    "#line 5072 \"springls.h\"\n",
+    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
+    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
+    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "\n",
+    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
+    "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
+    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
+    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
+    "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
+    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \\\n",
+    "    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \\\n",
+    "    X(reshape, 256, SPRINGLS__BIT(S))                                                               \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \\\n",
+    "    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \\\n",
+    "    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \\\n",
+    "    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \\\n",
+    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \\\n",
+    "    X(track, 256, SPRINGLS__BIT(A))                                                                 \\\n",
+    "    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \\\n",
+    "    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \\\n",
+    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \\\n",
+    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \\\n",
+    "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
+    "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
+    "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
+    "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
+    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
+    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
+    "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
+    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
+    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
+    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
+    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
+    "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
+    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
+    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
+    "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
+    "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
+    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
+    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
+    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "\n",
+    "/* Those whose loop is in lanes_*.h. */\n",
+    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
+    "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
+    "\n",
+    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,\n",
+    "   and elements that a core of a processor takes at once. */\n",
+    "#define SPRINGLS__COLLECTIVES(X)                                                                      \\\n",
+    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \\\n",
+    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \\\n",
+    "    X(counts_clear, 16)                                                                               \\\n",
+    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
+    "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
+    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
+    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \\\n",
+    "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
+    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)\n",
+    "#line 15004 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -14789,7 +15403,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 14793 \"springls.h\"\n",
+    "#line 15407 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
