@@ -1289,6 +1289,11 @@ typedef struct springls__model {
     springls__cells cells;
     SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
     SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
+    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
+    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
+    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
+    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */
+    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
     springls_params params;
 } springls__model;
 
@@ -1306,7 +1311,20 @@ typedef struct springls__model {
     X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
     X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
     X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
-    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])
+    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
+    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
+    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
+
+/* All of a springl, on its way to another place. */
+typedef struct springls__packed {
+    springls__springl s;
+    springls__v3 a, was;
+    uint32_t id, generation;
+    int32_t part;
+    float phi;
+    uint32_t mask, edge;
+} springls__packed;
+#define SPRINGLS__PACKED_WORDS 28
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -1778,6 +1796,20 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
 {
     (void)job;
     if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);
+}
+
+/* Voxel i of the two constant bricks: job.f, outside and inside. */
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)
+{
+    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];
+}
+
+/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)
+{
+    int slot = model->grid.active[i];
+    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
 
 /* ======== >>cells  (kernels_embed/cells.h) ===================================================================== */
@@ -4339,6 +4371,8 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
     X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
     X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
     X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
     X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
@@ -4356,6 +4390,19 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
 /* Those whose loop is in lanes_*.h. */
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
     X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+
+/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,
+   and elements that a core of a processor takes at once. */
+#define SPRINGLS__COLLECTIVES(X)                                                                      \
+    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
+    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
+    X(counts_clear, 16)                                                                               \
+    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
+    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
+    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
+    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \
+    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)
 
 /* ======== >>lanes  (src/lanes.h) =============================================================================== */
 /* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
@@ -4775,6 +4822,15 @@ struct springls_backend {
     /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
+    /* Collectives: what the function of the same name (springls__...) does on the host. */
+    springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
+    springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
+    springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
+    springls_status (*constellation_compact)(springls_context *ctx);
+    springls_status (*cells_build)(springls_context *ctx);
+    springls_status (*cells_cover_around)(springls_context *ctx);
+    springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
+    springls_status (*near_build)(springls_context *ctx, float margin);
 };
 
 struct springls_context {
@@ -5111,6 +5167,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 /* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
 
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
 #define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(WAS) - SPRINGLS__BIT(S)) /* all of the constellation */
 
 typedef enum springls__kernel {
@@ -5863,6 +5920,10 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 {
     const uint8_t *flags;
     int i, n = 0;
+    if (ctx->on_device && ctx->backend_status == SPRINGLS_OK) {
+        ctx->backend_status = ctx->backend->count_of(ctx, (int)array, count, value, &n);
+        return n;
+    }
     if (!springls__readable(ctx, (uint64_t)1 << array, 0)) return 0;
     flags = (const uint8_t *)ctx->memory[array].data;
     for (i = 0; i < count; i++) n += flags[i] == value;
@@ -5872,10 +5933,15 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 /* The largest of the first `count` floats of a scratch, 0 or more. */
 SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
 {
-    const float *values = (const float *)ctx->model.scratch[scratch];
+    const float *values;
     float largest = 0.0f;
     int i;
+    if (ctx->on_device && ctx->backend_status == SPRINGLS_OK) {
+        ctx->backend_status = ctx->backend->largest(ctx, scratch, count, &largest);
+        return largest;
+    }
     if (!springls__readable(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0)) return 0.0f;
+    values = (const float *)ctx->model.scratch[scratch];
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
@@ -5886,6 +5952,7 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
+    if (ctx->on_device) return ctx->backend->scan(ctx, scratch, count, total);
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
@@ -5984,6 +6051,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
+    if (ctx->on_device) return ctx->backend->constellation_compact(ctx);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++) {
         char *data = (char *)ctx->memory[array].data;
@@ -6041,13 +6109,13 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
 }
 
-/* The constant bricks of a field. */
-SPRINGLS__FN void springls__fill_constant(springls_context *ctx, springls__array field, float outside, float inside)
+/* The constant bricks of omega. */
+SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
-    float *values = (float *)ctx->memory[field].data;
-    if (!springls__readable(ctx, 0, (uint64_t)1 << field)) return;
-    springls__fill(values, SPRINGLS__OUTSIDE, outside);
-    springls__fill(values, SPRINGLS__INSIDE, inside);
+    springls__job job = springls__no_job();
+    job.f[0] = outside;
+    job.f[1] = inside;
+    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, job);
 }
 
 /* Room for `slots` slots. */
@@ -6209,6 +6277,11 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     uint32_t running = 0;
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
+    if (ctx->on_device) {
+        SPRINGLS__TRY(ctx->backend->cells_build(ctx));
+        ctx->cells_fresh = true;
+        return SPRINGLS_OK;
+    }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
@@ -6246,6 +6319,7 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
+    if (ctx->on_device) return ctx->backend->cells_cover_around(ctx);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
     SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
@@ -6992,6 +7066,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     springls__grid *g = &ctx->model.grid;
     springls__cells *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
+    if (ctx->on_device) return ctx->backend->near_build(ctx, margin);
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
@@ -7024,14 +7099,9 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    bool unknown = false;
-    int i;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(OMEGA)));
-    for (i = 0; i < g->active_count; i++) {
-        if (!ctx->omega_fresh) g->omega[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS] = -1.0f;
-        unknown = unknown || springls__omega_unknown(g, g->active[i]);
-    }
-    if (unknown) {
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
+    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
         springls__run(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
@@ -7095,10 +7165,12 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
+    ctx->cells_fresh = false; /* they live in the bricks */
+    if (ctx->on_device) return ctx->backend->band_move(ctx);
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
@@ -7117,7 +7189,6 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
         }
     }
     springls__grid_drop_bricks(g, keep);
-    ctx->cells_fresh = false; /* they live in the bricks */
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
@@ -7148,14 +7219,14 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     int i;
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) == 0) return;
-    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, g->far_value, -g->far_value);
+    springls__omega_constant(ctx, g->far_value, -g->far_value);
     for (i = 0; i < voxels; i++) {
         springls__job job = springls__job_of(i == voxels - 1);
         job.f[0] = i == voxels - 1 ? 0.0f : sure;
         springls__run(ctx, SPRINGLS__KERNEL_settle, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
-    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, ctx->model.params.capture, ctx->model.params.capture);
+    springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
     ctx->omega_fresh = false;
 }
 
@@ -11089,6 +11160,11 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cells cells;\n",
     "    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */\n",
     "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */\n",
+    "    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */\n",
+    "    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */\n",
+    "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
+    "    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */\n",
+    "    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */\n",
     "    springls_params params;\n",
     "} springls__model;\n",
     "\n",
@@ -11106,7 +11182,20 @@ static const char *const springls__kernel_lines[] = {
     "    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \\\n",
     "    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \\\n",
     "    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \\\n",
-    "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])\n",
+    "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \\\n",
+    "    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \\\n",
+    "    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)\n",
+    "\n",
+    "/* All of a springl, on its way to another place. */\n",
+    "typedef struct springls__packed {\n",
+    "    springls__springl s;\n",
+    "    springls__v3 a, was;\n",
+    "    uint32_t id, generation;\n",
+    "    int32_t part;\n",
+    "    float phi;\n",
+    "    uint32_t mask, edge;\n",
+    "} springls__packed;\n",
+    "#define SPRINGLS__PACKED_WORDS 28\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
@@ -11223,7 +11312,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1428 \"springls.h\"\n",
+    "#line 1446 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11463,7 +11552,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1669 \"springls.h\"\n",
+    "#line 1687 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -11577,7 +11666,21 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);\n",
     "}\n",
-    "#line 1784 \"springls.h\"\n",
+    "\n",
+    "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
+    "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];\n",
+    "}\n",
+    "\n",
+    "/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */\n",
+    "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int slot = model->grid.active[i];\n",
+    "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
+    "}\n",
+    "#line 1816 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -11695,7 +11798,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1903 \"springls.h\"\n",
+    "#line 1935 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -11757,7 +11860,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 1966 \"springls.h\"\n",
+    "#line 1998 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -11790,7 +11893,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 2000 \"springls.h\"\n",
+    "#line 2032 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -11954,7 +12057,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2165 \"springls.h\"\n",
+    "#line 2197 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11980,7 +12083,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2224 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12049,7 +12152,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2262 \"springls.h\"\n",
+    "#line 2294 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -12100,7 +12203,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2314 \"springls.h\"\n",
+    "#line 2346 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -12274,7 +12377,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2489 \"springls.h\"\n",
+    "#line 2521 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -12395,7 +12498,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2611 \"springls.h\"\n",
+    "#line 2643 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -12528,7 +12631,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2745 \"springls.h\"\n",
+    "#line 2777 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -12933,7 +13036,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3151 \"springls.h\"\n",
+    "#line 3183 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13027,7 +13130,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3246 \"springls.h\"\n",
+    "#line 3278 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -13126,7 +13229,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3346 \"springls.h\"\n",
+    "#line 3378 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -13136,7 +13239,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 3357 \"springls.h\"\n",
+    "#line 3389 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -13195,7 +13298,7 @@ static const char *const springls__kernel_lines[] = {
     "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
     "            }\n",
     "}\n",
-    "#line 3417 \"springls.h\"\n",
+    "#line 3449 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -13290,7 +13393,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3513 \"springls.h\"\n",
+    "#line 3545 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -13411,7 +13514,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 3635 \"springls.h\"\n",
+    "#line 3667 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -13687,7 +13790,7 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "}\n",
-    "#line 3912 \"springls.h\"\n",
+    "#line 3944 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -13865,7 +13968,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4091 \"springls.h\"\n",
+    "#line 4123 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -13990,7 +14093,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4217 \"springls.h\"\n",
+    "#line 4249 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14085,7 +14188,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4313 \"springls.h\"\n",
+    "#line 4345 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -14115,6 +14218,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
     "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
+    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
+    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
     "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
     "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
@@ -14132,7 +14237,20 @@ static const char *const springls__kernel_lines[] = {
     "/* Those whose loop is in lanes_*.h. */\n",
     "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
     "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
-    "#line 4574 \"springls.h\"\n",
+    "\n",
+    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,\n",
+    "   and elements that a core of a processor takes at once. */\n",
+    "#define SPRINGLS__COLLECTIVES(X)                                                                      \\\n",
+    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \\\n",
+    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \\\n",
+    "    X(counts_clear, 16)                                                                               \\\n",
+    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
+    "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
+    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
+    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \\\n",
+    "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
+    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)\n",
+    "#line 4621 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -14268,7 +14386,410 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 14272 \"springls.h\"\n",
+    "#line 14390 \"springls.h\"\n",
+    "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
+    "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
+    "\n",
+    "#define SPRINGLS__ATOMIC(pointer) ((volatile __global uint *)(pointer))\n",
+    "\n",
+    "/* ---- chunks: job.i[1] elements each, of job.i[2] in all ---- */\n",
+    "\n",
+    "static int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }\n",
+    "static int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }\n",
+    "\n",
+    "/* The array of numbers number `which`: scratches, then near_first. */\n",
+    "static __global uint *springls__numbers(const springls__model *model, int which)\n",
+    "{\n",
+    "    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.near_first;\n",
+    "}\n",
+    "\n",
+    "/* The array of bytes number `which`: scratches, then edge. */\n",
+    "static __global const uchar *springls__bytes(const springls__model *model, int which)\n",
+    "{\n",
+    "    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->scratch[which] : model->set.edge;\n",
+    "}\n",
+    "\n",
+    "static void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const uint *numbers = springls__numbers(model, job.i[0]);\n",
+    "    uint sum = 0;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += numbers[k];\n",
+    "    model->sums[i] = sum;\n",
+    "}\n",
+    "\n",
+    "/* The first job.i[3] sums become those of the chunks before; the sum of all to counts[0]. */\n",
+    "static void springls__scan_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint sum = 0, one;\n",
+    "    int k;\n",
+    "    for (k = 0; k < job.i[3]; k++) {\n",
+    "        one = model->sums[k];\n",
+    "        model->sums[k] = sum;\n",
+    "        sum += one;\n",
+    "    }\n",
+    "    model->counts[i] = sum;\n",
+    "}\n",
+    "\n",
+    "static void springls__scan_apply_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global uint *numbers = springls__numbers(model, job.i[0]);\n",
+    "    uint sum = model->sums[i], one;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) {\n",
+    "        one = numbers[k];\n",
+    "        numbers[k] = sum;\n",
+    "        sum += one;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* How many bytes are job.f[0]. */\n",
+    "static void springls__count_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const uchar *bytes = springls__bytes(model, job.i[0]);\n",
+    "    uint sum = 0;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += bytes[k] == (uchar)job.f[0] ? 1u : 0u;\n",
+    "    model->sums[i] = sum;\n",
+    "}\n",
+    "\n",
+    "static void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const float *values = (__global const float *)model->scratch[job.i[0]];\n",
+    "    float largest = 0.0f;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) largest = springls__max(largest, values[k]);\n",
+    "    ((__global float *)model->sums)[i] = largest;\n",
+    "}\n",
+    "\n",
+    "static void springls__largest_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    float largest = 0.0f;\n",
+    "    int k;\n",
+    "    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->sums)[k]);\n",
+    "    ((__global float *)model->counts)[i] = largest;\n",
+    "}\n",
+    "\n",
+    "static void springls__counts_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    model->counts[i] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* ---- springls by cells (section 4.8) ---- */\n",
+    "\n",
+    "static void springls__cells_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    int c;\n",
+    "    (void)job;\n",
+    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* counts: of missing bricks, the largest reach, of large springls. */\n",
+    "static void springls__cells_count_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint key = model->cells.key[i];\n",
+    "    (void)job;\n",
+    "    if (key == SPRINGLS__MISSING_KEY) {\n",
+    "        atomic_inc(SPRINGLS__ATOMIC(model->counts));\n",
+    "    } else if (key == SPRINGLS__LARGE_KEY) {\n",
+    "        atomic_inc(SPRINGLS__ATOMIC(model->counts + 2));\n",
+    "    } else {\n",
+    "        atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));\n",
+    "        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].reach)); /* floats above 0 are ordered as their bits are */\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Entry c + 1 becomes where cell c starts, counted in the brick; how many it has goes to SCRATCH0. */\n",
+    "static void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    uint sum = 0, one;\n",
+    "    int c;\n",
+    "    (void)job;\n",
+    "    for (c = 1; c < SPRINGLS__CELLS; c++) {\n",
+    "        one = cell[c];\n",
+    "        cell[c] = sum;\n",
+    "        sum += one;\n",
+    "    }\n",
+    "    ((__global uint *)model->scratch[0])[i] = sum;\n",
+    "}\n",
+    "\n",
+    "static void springls__cells_base_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    uint base = ((__global const uint *)model->scratch[0])[i];\n",
+    "    int c;\n",
+    "    (void)job;\n",
+    "    cell[0] = base;\n",
+    "    for (c = 1; c < SPRINGLS__CELLS; c++) cell[c] += base;\n",
+    "}\n",
+    "\n",
+    "/* Entry c + 1 moves on to where cell c ends. */\n",
+    "static void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint key = model->cells.key[i];\n",
+    "    (void)job;\n",
+    "    if (key != SPRINGLS__LARGE_KEY) model->cells.ids[atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key))] = (uint)i;\n",
+    "}\n",
+    "\n",
+    "/* Ascending, by gaps that shrink. */\n",
+    "static void springls__sort(__global uint *ids, uint count)\n",
+    "{\n",
+    "    uint gap = 1, i, k, id;\n",
+    "    while (gap < count / 3u) gap = 3u * gap + 1u;\n",
+    "    for (; gap > 0u; gap /= 3u)\n",
+    "        for (i = gap; i < count; i++) {\n",
+    "            id = ids[i];\n",
+    "            for (k = i; k >= gap && ids[k - gap] > id; k -= gap) ids[k] = ids[k - gap];\n",
+    "            ids[k] = id;\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "static void springls__cells_sort_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    int c;\n",
+    "    (void)job;\n",
+    "    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);\n",
+    "}\n",
+    "\n",
+    "static void springls__large_flag_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((__global uint *)model->scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "static void springls__large_scatter_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->scratch[0])[i]] = (uint)i;\n",
+    "}\n",
+    "\n",
+    "/* ---- bricks: those flagged are to be active ---- */\n",
+    "\n",
+    "/* job.i[0]: those that are stay so. */\n",
+    "static void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    model->brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "static void springls__mark(const springls__model *model, int x, int y, int z)\n",
+    "{\n",
+    "    atomic_or(SPRINGLS__ATOMIC(model->brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);\n",
+    "}\n",
+    "\n",
+    "/* Bricks that particles have come to. */\n",
+    "static void springls__mark_missing_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__v3 p = model->set.s[i].p;\n",
+    "    (void)job;\n",
+    "    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;\n",
+    "    springls__mark(model, springls__cell_coordinate(p.x, model->grid.size[0]), springls__cell_coordinate(p.y, model->grid.size[1]),\n",
+    "                   springls__cell_coordinate(p.z, model->grid.size[2]));\n",
+    "}\n",
+    "\n",
+    "static void springls__mark_reach(const springls__model *model, const int origin[3], uint reach)\n",
+    "{\n",
+    "    int d, at[3];\n",
+    "    for (d = 0; d < 27 && reach; d++)\n",
+    "        if ((reach >> d & 1u) && springls__brick_around(&model->grid, origin, d, at)) springls__mark(model, at[0], at[1], at[2]);\n",
+    "}\n",
+    "\n",
+    "/* Bricks within one cell of the particles of an active brick, or of a large springl. */\n",
+    "static void springls__mark_around_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    springls__v3 p;\n",
+    "    (void)job;\n",
+    "    if (i < model->grid.active_count) {\n",
+    "        springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
+    "        springls__mark_reach(model, origin, springls__cells_reach(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));\n",
+    "        return;\n",
+    "    }\n",
+    "    p = model->set.s[model->cells.large[i - model->grid.active_count]].p;\n",
+    "    origin[0] = springls__cell_coordinate(p.x, model->grid.size[0]) & ~7;\n",
+    "    origin[1] = springls__cell_coordinate(p.y, model->grid.size[1]) & ~7;\n",
+    "    origin[2] = springls__cell_coordinate(p.z, model->grid.size[2]) & ~7;\n",
+    "    springls__mark_reach(model, origin, 0x7ffffffu);\n",
+    "}\n",
+    "\n",
+    "/* Bricks that the band of an active one reaches (SCRATCH0). */\n",
+    "static void springls__mark_band_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    (void)job;\n",
+    "    springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
+    "    springls__mark_reach(model, origin, ((__global const uint *)model->scratch[0])[i]);\n",
+    "}\n",
+    "\n",
+    "/* Chunks of all bricks: sums of those that go, come, and are active then. */\n",
+    "static void springls__bricks_count_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint gone = 0, come = 0, active = 0;\n",
+    "    int b;\n",
+    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
+    "        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->brick_flag[b] != 0u;\n",
+    "        gone += there && !wanted ? 1u : 0u;\n",
+    "        come += wanted && !there ? 1u : 0u;\n",
+    "        active += wanted ? 1u : 0u;\n",
+    "    }\n",
+    "    model->sums[3 * i] = gone;\n",
+    "    model->sums[3 * i + 1] = come;\n",
+    "    model->sums[3 * i + 2] = active;\n",
+    "}\n",
+    "\n",
+    "/* One of the three (i): sums of the chunks before; of all to counts[i]. */\n",
+    "static void springls__bricks_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint sum = 0, one;\n",
+    "    int k;\n",
+    "    for (k = 0; k < job.i[3]; k++) {\n",
+    "        one = model->sums[3 * k + i];\n",
+    "        model->sums[3 * k + i] = sum;\n",
+    "        sum += one;\n",
+    "    }\n",
+    "    model->counts[i] = sum;\n",
+    "}\n",
+    "\n",
+    "static void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint place = (uint)model->grid.free_count + model->sums[3 * i];\n",
+    "    int b, slot;\n",
+    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
+    "        slot = model->grid.top[b];\n",
+    "        if (slot < SPRINGLS__FIRST_SLOT || model->brick_flag[b]) continue;\n",
+    "        model->grid.top[b] = model->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
+    "        model->grid.slot_brick[slot] = -1;\n",
+    "        model->grid.free_slots[place++] = slot;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* A new brick takes a free slot, of the job.i[0] there are now, or one behind all. */\n",
+    "static void springls__bricks_add_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int come = (int)model->sums[3 * i + 1], place = (int)model->sums[3 * i + 2], b, slot;\n",
+    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
+    "        if (!model->brick_flag[b]) continue;\n",
+    "        slot = g->top[b];\n",
+    "        if (slot < SPRINGLS__FIRST_SLOT) {\n",
+    "            int inside = slot == SPRINGLS__INSIDE;\n",
+    "            slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];\n",
+    "            model->brick_list[come++] = slot;\n",
+    "            g->slot_brick[slot] = b;\n",
+    "            g->top[b] = slot;\n",
+    "            g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;\n",
+    "        }\n",
+    "        g->active[place++] = slot;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* A new brick goes on with the constant it had. */\n",
+    "static void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    size_t slot = (size_t)model->brick_list[i];\n",
+    "    float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];\n",
+    "    int v;\n",
+    "    (void)job;\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {\n",
+    "        model->grid.phi[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;\n",
+    "        model->grid.phi_next[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;\n",
+    "        model->grid.omega[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = -1.0f; /* unknown */\n",
+    "    }\n",
+    "    for (v = 0; v < SPRINGLS__CELLS; v++) model->grid.cell[slot * SPRINGLS__CELLS + (size_t)v] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* ---- springls by bricks they come near: job.f[0] is the margin ---- */\n",
+    "\n",
+    "static __global uint *springls__near_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }\n",
+    "\n",
+    "static void springls__near_rank_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;\n",
+    "}\n",
+    "\n",
+    "static void springls__near_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    model->cells.near_first[i] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* Counts springl i in every brick that it comes near, or puts it there. */\n",
+    "static void springls__near_visit(const springls__model *model, float margin, int i, int put)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int lo[3], hi[3], x, y, z;\n",
+    "    springls__springl_bricks(g, &model->set.s[i], margin, lo, hi);\n",
+    "    for (z = lo[2]; z <= hi[2]; z++)\n",
+    "        for (y = lo[1]; y <= hi[1]; y++)\n",
+    "            for (x = lo[0]; x <= hi[0]; x++) {\n",
+    "                int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];\n",
+    "                uint rank;\n",
+    "                if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
+    "                rank = ((__global const uint *)model->scratch[0])[slot];\n",
+    "                if (put) model->cells.near_ids[atomic_inc(SPRINGLS__ATOMIC(springls__near_cursor(model) + rank))] = (uint)i;\n",
+    "                else atomic_inc(SPRINGLS__ATOMIC(model->cells.near_first + rank));\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "static void springls__near_count_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 0); }\n",
+    "static void springls__near_scatter_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 1); }\n",
+    "\n",
+    "static void springls__near_cursor_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    springls__near_cursor(model)[i] = model->cells.near_first[i];\n",
+    "}\n",
+    "\n",
+    "static void springls__near_sort_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint first = model->cells.near_first[i];\n",
+    "    (void)job;\n",
+    "    springls__sort(model->cells.near_ids + first, model->cells.near_first[i + 1] - first);\n",
+    "}\n",
+    "\n",
+    "/* ---- springls that stay: those whose byte in SCRATCH1 is not 0 ---- */\n",
+    "\n",
+    "static void springls__compact_flag_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((__global uint *)model->scratch[0])[i] = ((__global const uchar *)model->scratch[1])[i] ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "static void springls__compact_out_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global springls__packed *to = (__global springls__packed *)model->spare + ((__global const uint *)model->scratch[0])[i];\n",
+    "    (void)job;\n",
+    "    if (!((__global const uchar *)model->scratch[1])[i]) return;\n",
+    "    to->s = model->set.s[i];\n",
+    "    to->a = model->set.a[i];\n",
+    "    to->was = model->set.was[i];\n",
+    "    to->id = model->set.id[i];\n",
+    "    to->generation = model->set.generation[i];\n",
+    "    to->part = model->set.part[i];\n",
+    "    to->phi = model->set.phi[i];\n",
+    "    to->mask = model->set.mask[i];\n",
+    "    to->edge = model->set.edge[i];\n",
+    "}\n",
+    "\n",
+    "static void springls__compact_in_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const springls__packed *from = (__global const springls__packed *)model->spare + i;\n",
+    "    (void)job;\n",
+    "    model->set.s[i] = from->s;\n",
+    "    model->set.a[i] = from->a;\n",
+    "    model->set.was[i] = from->was;\n",
+    "    model->set.id[i] = from->id;\n",
+    "    model->set.generation[i] = from->generation;\n",
+    "    model->set.part[i] = from->part;\n",
+    "    model->set.phi[i] = from->phi;\n",
+    "    model->set.mask[i] = (uchar)from->mask;\n",
+    "    model->set.edge[i] = (uchar)from->edge;\n",
+    "}\n",
+    "#line 14793 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
@@ -14289,6 +14810,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)\n",
+    "\n",
+    "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
+    "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",
     ""   /* counts as no line: it is here so that the list is never empty */
 };
 
@@ -14402,7 +14926,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, params->capture, params->capture);
+    springls__omega_constant(ctx, params->capture, params->capture);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__told(ctx, SPRINGLS_OK);
 }
