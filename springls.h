@@ -7278,7 +7278,7 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
-    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted, splits;
+    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(uint32_t), NULL));
     springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, springls__no_job());
     SPRINGLS__TRY(springls__scan(ctx, 1, count, &wanted));
@@ -7507,7 +7507,7 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) 
 
 SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 {
-    int count = ctx->model.set.count, wanted, room;
+    int count = ctx->model.set.count, wanted = 0, room;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
@@ -7538,7 +7538,7 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
 {
     springls__job job = springls__no_job();
-    int bricks, wanted, room;
+    int bricks, wanted = 0, room;
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
