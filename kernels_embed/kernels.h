@@ -38,9 +38,22 @@
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
     X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \
+    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \
+    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \
+    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
     X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
     X(way, 1024, SPRINGLS__BIT(SCRATCH7))
 
 /* Those whose loop is in lanes_*.h. */
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
     X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+
+/* Those of device.cl, which run on devices only. */
+#define SPRINGLS__KERNELS_OF_DEVICES(X)                                                               \
+    X(region_begin, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(PHI_NEXT))                          \
+    X(region_join, 64, SPRINGLS__BIT(SCRATCH1))                                                     \
+    X(region_vote, 64, SPRINGLS__BIT(PHI_NEXT))                                                     \
+    X(region_settle, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))

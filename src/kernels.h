@@ -5,14 +5,14 @@
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
-    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_DEVICES(SPRINGLS__KERNEL_NUMBER)
 #undef SPRINGLS__KERNEL_NUMBER
     SPRINGLS__KERNEL_COUNT
 } springls__kernel;
 
 typedef struct springls__kernel_facts {
     const char *name;
-    void (*range)(const springls__model *model, springls__job job, int begin, int end);
+    void (*range)(const springls__model *model, springls__job job, int begin, int end); /* NULL: on devices only */
     int grain;
     uint64_t writes;
 } springls__kernel_facts;

@@ -8,6 +8,9 @@ static const springls__kernel_facts springls__kernels[] = {
 #define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
+#define SPRINGLS__FACTS(name, grain, writes) { #name, NULL, grain, writes },
+    SPRINGLS__KERNELS_OF_DEVICES(SPRINGLS__FACTS)
+#undef SPRINGLS__FACTS
 };
 
 typedef struct springls__range_job { const springls_context *ctx; const springls__kernel_facts *kernel; springls__job job; } springls__range_job;
