@@ -1,18 +1,19 @@
 /* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
 
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
 #define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(WAS) - SPRINGLS__BIT(S)) /* all of the constellation */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
-    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_DEVICES(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
 #undef SPRINGLS__KERNEL_NUMBER
     SPRINGLS__KERNEL_COUNT
 } springls__kernel;
 
 typedef struct springls__kernel_facts {
     const char *name;
-    void (*range)(const springls__model *model, springls__job job, int begin, int end); /* NULL: on devices only */
+    void (*range)(const springls__model *model, springls__job job, int begin, int end);
     int grain;
     uint64_t writes;
 } springls__kernel_facts;

@@ -9,9 +9,9 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     springls__grid *g = &ctx->model.grid;
     int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
     size_t total = 0;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
-    springls__grid_clear(ctx, g);
     springls__constellation_changed(ctx);
+    if (ctx->on_device) return ctx->backend->bricks_around_springls(ctx);
+    springls__grid_clear(ctx, g);
     for (pass = 0; pass < 2; pass++) {
         if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
         for (total = 0, i = 0; i < ctx->model.set.count; i++) {
@@ -144,7 +144,7 @@ SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
 }
 
 /* Regions one after the other, each flooded from its first voxel. */
-SPRINGLS__FN springls_status springls__flood_regions(springls_context *ctx)
+SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
@@ -152,6 +152,7 @@ SPRINGLS__FN springls_status springls__flood_regions(springls_context *ctx)
     void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
+    if (ctx->on_device) return ctx->backend->settle_regions(ctx);
     region.ctx = ctx;
     region.state = (uint8_t *)ctx->model.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
@@ -159,20 +160,6 @@ SPRINGLS__FN springls_status springls__flood_regions(springls_context *ctx)
     region.member = (int64_t *)memory;
     for (v = 0; v < voxels; v++)
         if (springls__uncounted(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
-    return SPRINGLS_OK;
-}
-
-/* The same on a device: all regions at once, by labels that are joined (device.cl). */
-SPRINGLS__FN springls_status springls__label_regions(springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    const size_t bricks = springls__brick_count(g);
-    const int items = g->active_count * (SPRINGLS__BRICK_VOXELS / 8) + (int)bricks;
-    int kernel;
-    if ((size_t)g->slot_count > (INT32_MAX - bricks) / SPRINGLS__BRICK_VOXELS) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "too many voxels for labels");
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, sizeof(int), NULL));
-    for (kernel = SPRINGLS__KERNEL_region_begin; kernel <= SPRINGLS__KERNEL_region_settle; kernel++)
-        springls__run(ctx, (springls__kernel)kernel, items, springls__no_job());
     return SPRINGLS_OK;
 }
 
@@ -188,7 +175,7 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
     SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
     if (ctx->model.params.project_level_set) {
         springls__run(ctx, SPRINGLS__KERNEL_sides, g->active_count, springls__no_job());
-        SPRINGLS__TRY(ctx->on_device ? springls__label_regions(ctx) : springls__flood_regions(ctx));
+        SPRINGLS__TRY(springls__settle_regions(ctx));
     }
     springls__run(ctx, SPRINGLS__KERNEL_with_sign, g->active_count, springls__no_job());
     springls__phi_in_step(ctx);
