@@ -427,6 +427,27 @@ SPRINGLS__FN springls_status springls__cl_band_move(springls_context *ctx)
     return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_band, ctx->model.grid.active_count, false);
 }
 
+/* Constant bricks and phi are left as they are: both are written afresh. */
+SPRINGLS__FN springls_status springls__cl_bricks_around_springls(springls_context *ctx)
+{
+    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_near, ctx->model.set.count, false);
+}
+
+/* All regions at once, by labels that are joined (device.cl). */
+SPRINGLS__FN springls_status springls__cl_settle_regions(springls_context *ctx)
+{
+    static const springls__collective kernels[] = { SPRINGLS__COLLECTIVE_region_begin, SPRINGLS__COLLECTIVE_region_join,
+                                                    SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_settle };
+    const springls__grid *g = &ctx->model.grid;
+    size_t bricks = springls__brick_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "opencl: too many voxels to be numbered");
+    SPRINGLS__TRY(springls__scratch(ctx, 1, nodes, sizeof(int), NULL));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    for (i = 0; i < sizeof kernels / sizeof *kernels; i++)
+        SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], g->active_count * (SPRINGLS__BRICK_VOXELS / 8) + (int)bricks, springls__no_job()));
+    return SPRINGLS_OK;
+}
+
 /* Keys of all springls, and what they come to: counts of missing bricks, the largest reach, of large springls. */
 SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
 {
@@ -664,6 +685,8 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.cells_cover_around = springls__cl_cells_cover_around;
     cl->base.band_move = springls__cl_band_move;
     cl->base.near_build = springls__cl_near_build;
+    cl->base.bricks_around_springls = springls__cl_bricks_around_springls;
+    cl->base.settle_regions = springls__cl_settle_regions;
     if (!springls__cl_load(cl, desc->library)) {
         springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", desc->library ? desc->library : SPRINGLS__CL_LIBRARY);
         error = CL_DEVICE_NOT_AVAILABLE;

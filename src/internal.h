@@ -76,6 +76,8 @@ struct springls_backend {
     springls_status (*cells_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
     springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*bricks_around_springls)(springls_context *ctx);
+    springls_status (*settle_regions)(springls_context *ctx);
 };
 
 struct springls_context {
