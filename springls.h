@@ -3567,7 +3567,127 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 }
 
 /* ======== >>unsigned_to_signed  (kernels_embed/unsigned_to_signed.h) =========================================== */
-/* unsigned_to_signed.h - the side of the springls that a point lies on. */
+/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
+   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+
+/* Blocks closer than this to a springl stop the background. */
+#define SPRINGLS__SHELL 1.5f
+
+/* Of a brick. */
+#define SPRINGLS__OPEN 0
+#define SPRINGLS__BLOCKED 1
+#define SPRINGLS__BACKGROUND 2
+
+/* To SCRATCH2, one a brick of the top table: is it blocked? */
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    float nearest = FLT_MAX;
+    int v;
+    (void)job;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+}
+
+/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
+{
+    int hi[3], x, y, z, axis;
+    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++)
+                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
+    return true;
+}
+
+/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */
+SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
+{
+    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
+}
+
+/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
+   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
+   axes makes no difference to where growth ends. */
+SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
+    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
+    int at[3], k;
+    bool at_border, before = true, grew = false;
+    at[b] = i % across * step;
+    at[c] = i / across * step;
+    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
+    for (k = 0; k < 2 * along; k++) {
+        bool background;
+        if (k == along) before = true;
+        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
+        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
+        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
+        before = background;
+    }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
+}
+
+/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    int v;
+    (void)job;
+    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    else
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;
+}
+
+SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
+{
+    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
+}
+
+/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a
+   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)
+{
+    const springls__grid *g = &model->grid;
+    const int b = job.i[0];
+    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + first;
+    SPRINGLS__GLOBAL const float *phi = g->phi + first;
+    SPRINGLS__GLOBAL float *next = g->phi_next + first;
+    uint8_t grew = 0;
+    int o[3], x, y, z, i, j, k;
+    springls__slot_origin(g, g->active[index], o);
+    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];
+    for (z = 0; z < 8; z += b)
+        for (y = 0; y < 8; y += b)
+            for (x = 0; x < 8; x += b) {
+                float nearest = FLT_MAX;
+                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
+                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
+                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
+                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
+                    continue;
+                for (k = z; k < z + b; k++)
+                    for (j = y; j < y + b; j++)
+                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
+                if (nearest <= SPRINGLS__SHELL) continue;
+                grew = 1;
+                for (k = z; k < z + b; k++)
+                    for (j = y; j < y + b; j++)
+                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;
+            }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;
+}
 
 /* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
    nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
@@ -3575,6 +3695,57 @@ SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3
 {
     float d2 = springls__tri_distance2(plan, x) + 0.01f;
     return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
+}
+
+/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
+   sphere is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                        SPRINGLS__GLOBAL const float *omega, float *side);
+
+/* Voxels that springls are near take the side of the nearest ones. */
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float side[SPRINGLS__BRICK_VOXELS];
+    int y, z, v, o[3];
+    uint32_t k;
+    (void)job;
+    springls__slot_origin(g, g->active[i], o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;
+    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++) {
+                int row = 8 * y + 64 * z;
+                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
+            }
+    }
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+}
+
+/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
+SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
+{
+    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+}
+
+/* The side becomes the sign of the distance. */
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)
+{
+    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
+    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
+    int v;
+    (void)job;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
 /* ======== >>evolve  (kernels_embed/evolve.h) =================================================================== */
@@ -5305,6 +5476,12 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
     X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \
+    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \
+    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \
+    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
     X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
     X(way, 1024, SPRINGLS__BIT(SCRATCH7))
 
@@ -5312,8 +5489,8 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
     X(relax, 128, SPRINGLS__BIT(SCRATCH1))
 
-/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,
-   and elements that a core of a processor takes at once. */
+/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
+   Name, and elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                      \
     X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
     X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
@@ -5321,9 +5498,10 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
     X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
     X(large_flag, 4096) X(large_scatter, 4096)                                                        \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
-    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \
+    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \
     X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
+    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)
 
 /* what a context holds */
 
@@ -5406,6 +5584,8 @@ struct springls_backend {
     springls_status (*cells_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
     springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*bricks_around_springls)(springls_context *ctx);
+    springls_status (*settle_regions)(springls_context *ctx);
 };
 
 struct springls_context {
@@ -7587,110 +7767,15 @@ SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
    is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
    and hollows that the background cannot reach are outside as well. */
 
-/* Blocks closer than this to a springl stop the background. */
-static const float springls__shell = 1.5f;
-
-typedef struct springls__grow_job { springls_context *ctx; int block; uint8_t *grew; } springls__grow_job;
-
-SPRINGLS__FN bool springls__background_at(const springls__grid *g, int x, int y, int z)
-{
-    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
-}
-
-/* One growth of the background by a block of 4, 2 or 1 voxels, inside active bricks: phi (+1 background, -1 not yet) to
-   phi_next. All voxels of a block are alike, so one voxel of a neighbour block speaks for it. */
-SPRINGLS__FN void springls__grow_task(void *arg, int begin, int end)
-{
-    const springls__grow_job *job = (const springls__grow_job *)arg;
-    const springls__grid *g = &job->ctx->model.grid;
-    const int b = job->block;
-    int x, y, z, i, j, k;
-    for (; begin < end; begin++) {
-        int slot = g->active[begin], o[3];
-        const float *omega = g->omega + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-        const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-        float *next = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-        springls__slot_origin(g, slot, o);
-        job->grew[begin] = 0;
-        memcpy(next, phi, SPRINGLS__BRICK_VOXELS * sizeof *next);
-        for (z = 0; z < 8; z += b)
-            for (y = 0; y < 8; y += b)
-                for (x = 0; x < 8; x += b) {
-                    float nearest = FLT_MAX;
-                    if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
-                    if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
-                        && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
-                        && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
-                        continue;
-                    for (k = z; k < z + b; k++)
-                        for (j = y; j < y + b; j++)
-                            for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-                    if (nearest <= springls__shell) continue;
-                    job->grew[begin] = 1;
-                    for (k = z; k < z + b; k++)
-                        for (j = y; j < y + b; j++)
-                            for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;
-                }
-    }
-}
-
-SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
-{
-    springls__grow_job job;
-    int i;
-    bool grew = true;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, (void **)&job.grew));
-    job.ctx = ctx;
-    job.block = block;
-    for (; grew && iterations > 0; iterations--) {
-        springls__parallel(ctx, ctx->model.grid.active_count, 8, springls__grow_task, &job);
-        springls__swap_phi(ctx);
-        for (grew = false, i = 0; i < ctx->model.grid.active_count; i++) grew = grew || job.grew[i];
-    }
-    return SPRINGLS_OK;
-}
-
-enum { SPRINGLS__OPEN = 0, SPRINGLS__BLOCKED = 1, SPRINGLS__BACKGROUND = 2 };
-
-/* One sweep of the background by blocks of `step` bricks; a block with a blocked brick stays. Returns whether it grew. */
-SPRINGLS__FN bool springls__grow_bricks(const springls__grid *g, uint8_t *state, int step)
-{
-    const int *n = g->bricks;
-    int x, y, z, i, j, k, d;
-    bool grew = false;
-    for (z = 0; z < n[2]; z += step)
-        for (y = 0; y < n[1]; y += step)
-            for (x = 0; x < n[0]; x += step) {
-                int hi[3];
-                bool open = true, touches = x == 0 || y == 0 || z == 0 || x + step >= n[0] || y + step >= n[1] || z + step >= n[2];
-                hi[0] = springls__imin(x + step, n[0]);
-                hi[1] = springls__imin(y + step, n[1]);
-                hi[2] = springls__imin(z + step, n[2]);
-                if (state[x + n[0] * (y + n[1] * z)] == SPRINGLS__BACKGROUND) continue;
-                for (d = 0; d < 6 && !touches; d++) { /* blocks are uniform: one brick of the neighbour block speaks */
-                    int nx = x + (d == 0 ? -1 : d == 1 ? step : 0), ny = y + (d == 2 ? -1 : d == 3 ? step : 0), nz = z + (d == 4 ? -1 : d == 5 ? step : 0);
-                    touches = state[nx + n[0] * (ny + n[1] * nz)] == SPRINGLS__BACKGROUND;
-                }
-                for (k = z; k < hi[2] && open && touches; k++)
-                    for (j = y; j < hi[1] && open; j++)
-                        for (i = x; i < hi[0] && open; i++) open = state[i + n[0] * (j + n[1] * k)] != SPRINGLS__BLOCKED;
-                if (!open || !touches) continue;
-                grew = true;
-                for (k = z; k < hi[2]; k++)
-                    for (j = y; j < hi[1]; j++)
-                        for (i = x; i < hi[0]; i++) state[i + n[0] * (j + n[1] * k)] = SPRINGLS__BACKGROUND;
-            }
-    return grew;
-}
-
 /* Bricks within the band of any springl; everything else is dropped first. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
     size_t total = 0;
-    springls__grid_clear(ctx, g);
     springls__constellation_changed(ctx);
+    if (ctx->on_device) return ctx->backend->bricks_around_springls(ctx);
+    springls__grid_clear(ctx, g);
     for (pass = 0; pass < 2; pass++) {
         if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
         for (total = 0, i = 0; i < ctx->model.set.count; i++) {
@@ -7705,42 +7790,48 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     return springls__grid_add_bricks(ctx, list, (int)total);
 }
 
-/* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
+/* The background grows through bricks: the coarse levels of the paper, each to its end. In SCRATCH2. */
+SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
-    const springls_context *ctx = (const springls_context *)arg;
     const springls__grid *g = &ctx->model.grid;
-    const float capture = ctx->model.params.capture;
-    float side[SPRINGLS__BRICK_VOXELS];
-    int y, z, v, o[3];
-    uint32_t k;
-    for (; begin < end; begin++) {
-        float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        const float *omega = g->omega + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        springls__slot_origin(g, g->active[begin], o);
-        memset(side, 0, sizeof side);
-        for (k = ctx->model.cells.near_first[begin]; k < ctx->model.cells.near_first[begin + 1]; k++) {
-            const springls__springl *s = &ctx->model.set.s[ctx->model.cells.near_ids[k]];
-            springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-            float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
-            int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
-            int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
-            for (z = z0; z <= z1; z++)
-                for (y = y0; y <= y1; y++) {
-                    int row = 8 * y + 64 * z;
-                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
-                }
-        }
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+    int step = 1, axis, lines;
+    SPRINGLS__TRY(springls__scratch(ctx, 2, springls__brick_count(g), 1, NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, springls__brick_count(g) * 3, 1, NULL)); /* more than there are lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), springls__no_job());
+    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
+    for (; step >= 1; step /= 2)
+        do {
+            for (axis = lines = 0; axis < 3; axis++) {
+                springls__job job = springls__job_of(axis);
+                job.i[1] = step;
+                job.i[2] = lines;
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), job);
+                lines += springls__lines_along(g, axis, step);
+            }
+        } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, lines, 1) > 0);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), springls__no_job());
+    return SPRINGLS_OK;
+}
+
+/* ... and by blocks of voxels in the active bricks. */
+SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
+{
+    const int bricks = ctx->model.grid.active_count;
+    bool grew = true;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
+    for (; grew && iterations > 0; iterations--) {
+        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, springls__job_of(block));
+        springls__swap_phi(ctx);
+        grew = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, bricks, 1) > 0;
     }
+    return SPRINGLS_OK;
 }
 
 /* A connected part of the foreground that no springl is near: the inside of the object, a hollow in it, a pocket with a
    narrow entrance. It is on one side as a whole: that of most voxels around it. */
 typedef struct springls__region {
     springls_context *ctx;
-    uint8_t *state;       /* of the bricks                                              */
+    uint8_t *state;       /* of the bricks, in SCRATCH2                                 */
     int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
     int64_t count, votes; /* votes: voxels around it that are outside less those inside */
 } springls__region;
@@ -7754,10 +7845,9 @@ SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
     return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
 }
 
-SPRINGLS__FN bool springls__unsettled(const springls__region *r, int64_t v)
+SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
 {
-    const springls__grid *g = &r->ctx->model.grid;
-    return g->omega[v] >= r->ctx->model.params.capture && g->phi[v] < 0.0f && g->phi[v] != springls__counted;
+    return springls__unsettled(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
 SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int z)
@@ -7776,7 +7866,7 @@ SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int 
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
     if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
-    if (!springls__unsettled(r, v)) return;
+    if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
 }
@@ -7817,59 +7907,41 @@ SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
     }
 }
 
-SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, uint8_t *state, size_t bricks)
+/* Regions one after the other, each flooded from its first voxel. */
+SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
     void *memory;
-    size_t room = bricks;
+    size_t room = springls__brick_count(g);
     int64_t v;
-    springls__parallel(ctx, g->active_count, 4, springls__sides_task, ctx);
+    if (ctx->on_device) return ctx->backend->settle_regions(ctx);
     region.ctx = ctx;
-    region.state = state;
-    for (v = 0; v < voxels; v++) room += springls__unsettled(&region, springls__active_voxel(g, v));
+    region.state = (uint8_t *)ctx->model.scratch[2];
+    for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;
     for (v = 0; v < voxels; v++)
-        if (springls__unsettled(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
+        if (springls__uncounted(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2], b;
-    uint8_t *state;
-    int i, v, step = 1;
-    SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
     SPRINGLS__TRY(springls__bricks_around_springls(ctx));
     SPRINGLS__TRY(springls__omega_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, bricks, 1, (void **)&state));
-    memset(state, SPRINGLS__OPEN, bricks);
-    for (i = 0; i < g->active_count; i++) {
-        const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        float nearest = FLT_MAX;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) nearest = springls__min(nearest, omega[v]);
-        if (nearest <= springls__shell) state[g->slot_brick[g->active[i]]] = SPRINGLS__BLOCKED;
-    }
-    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2) /* the paper's coarse levels, each to its end */
-        while (springls__grow_bricks(g, state, step)) continue;
-    for (b = 0; b < bricks; b++)
-        if (g->top[b] < SPRINGLS__FIRST_SLOT) g->top[b] = state[b] == SPRINGLS__BACKGROUND ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
-    for (i = 0; i < g->active_count; i++)
-        springls__fill(g->phi, g->active[i], state[g->slot_brick[g->active[i]]] == SPRINGLS__BACKGROUND ? 1.0f : -1.0f);
+    SPRINGLS__TRY(springls__grow_bricks(ctx));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__sides_of_springls(ctx, state, bricks));
-    for (i = 0; i < g->active_count; i++) {
-        float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
+    if (ctx->model.params.project_level_set) {
+        springls__run(ctx, SPRINGLS__KERNEL_sides, g->active_count, springls__no_job());
+        SPRINGLS__TRY(springls__settle_regions(ctx));
     }
+    springls__run(ctx, SPRINGLS__KERNEL_with_sign, g->active_count, springls__no_job());
     springls__phi_in_step(ctx);
     return springls__rebuild(ctx);
 }
@@ -9321,6 +9393,7 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
+    SPRINGLS__TRY(springls__use_host(ctx, true));
     SPRINGLS__TRY(springls__reference_copy(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
@@ -13664,7 +13737,127 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
     "#line 3570 \"springls.h\"\n",
-    "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
+    "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
+    "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
+    "\n",
+    "/* Blocks closer than this to a springl stop the background. */\n",
+    "#define SPRINGLS__SHELL 1.5f\n",
+    "\n",
+    "/* Of a brick. */\n",
+    "#define SPRINGLS__OPEN 0\n",
+    "#define SPRINGLS__BLOCKED 1\n",
+    "#define SPRINGLS__BACKGROUND 2\n",
+    "\n",
+    "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float nearest = FLT_MAX;\n",
+    "    int v;\n",
+    "    (void)job;\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "}\n",
+    "\n",
+    "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
+    "SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
+    "{\n",
+    "    int hi[3], x, y, z, axis;\n",
+    "    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);\n",
+    "    for (z = at[2]; z < hi[2]; z++)\n",
+    "        for (y = at[1]; y < hi[1]; y++)\n",
+    "            for (x = at[0]; x < hi[0]; x++)\n",
+    "                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;\n",
+    "    for (z = at[2]; z < hi[2]; z++)\n",
+    "        for (y = at[1]; y < hi[1]; y++)\n",
+    "            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */\n",
+    "SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)\n",
+    "{\n",
+    "    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);\n",
+    "}\n",
+    "\n",
+    "/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the\n",
+    "   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and\n",
+    "   axes makes no difference to where growth ends. */\n",
+    "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];\n",
+    "    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
+    "    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;\n",
+    "    int at[3], k;\n",
+    "    bool at_border, before = true, grew = false;\n",
+    "    at[b] = i % across * step;\n",
+    "    at[c] = i / across * step;\n",
+    "    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];\n",
+    "    for (k = 0; k < 2 * along; k++) {\n",
+    "        bool background;\n",
+    "        if (k == along) before = true;\n",
+    "        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;\n",
+    "        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;\n",
+    "        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;\n",
+    "        before = background;\n",
+    "    }\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;\n",
+    "}\n",
+    "\n",
+    "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int v;\n",
+    "    (void)job;\n",
+    "    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
+    "    else\n",
+    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a\n",
+    "   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const int b = job.i[0];\n",
+    "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + first;\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
+    "    SPRINGLS__GLOBAL float *next = g->phi_next + first;\n",
+    "    uint8_t grew = 0;\n",
+    "    int o[3], x, y, z, i, j, k;\n",
+    "    springls__slot_origin(g, g->active[index], o);\n",
+    "    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];\n",
+    "    for (z = 0; z < 8; z += b)\n",
+    "        for (y = 0; y < 8; y += b)\n",
+    "            for (x = 0; x < 8; x += b) {\n",
+    "                float nearest = FLT_MAX;\n",
+    "                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;\n",
+    "                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)\n",
+    "                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)\n",
+    "                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))\n",
+    "                    continue;\n",
+    "                for (k = z; k < z + b; k++)\n",
+    "                    for (j = y; j < y + b; j++)\n",
+    "                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
+    "                if (nearest <= SPRINGLS__SHELL) continue;\n",
+    "                grew = 1;\n",
+    "                for (k = z; k < z + b; k++)\n",
+    "                    for (j = y; j < y + b; j++)\n",
+    "                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;\n",
+    "            }\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;\n",
+    "}\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
     "   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
@@ -13673,7 +13866,58 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 3581 \"springls.h\"\n",
+    "\n",
+    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
+    "   sphere is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
+    "                                        SPRINGLS__GLOBAL const float *omega, float *side);\n",
+    "\n",
+    "/* Voxels that springls are near take the side of the nearest ones. */\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float capture = model->params.capture;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float side[SPRINGLS__BRICK_VOXELS];\n",
+    "    int y, z, v, o[3];\n",
+    "    uint32_t k;\n",
+    "    (void)job;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;\n",
+    "    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
+    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
+    "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
+    "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
+    "        for (z = z0; z <= z1; z++)\n",
+    "            for (y = y0; y <= y1; y++) {\n",
+    "                int row = 8 * y + 64 * z;\n",
+    "                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);\n",
+    "            }\n",
+    "    }\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)\n",
+    "        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
+    "}\n",
+    "\n",
+    "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
+    "SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)\n",
+    "{\n",
+    "    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* The side becomes the sign of the distance. */\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
+    "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
+    "    int v;\n",
+    "    (void)job;\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
+    "}\n",
+    "#line 3752 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -13732,7 +13976,7 @@ static const char *const springls__kernel_lines[] = {
     "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
     "            }\n",
     "}\n",
-    "#line 3641 \"springls.h\"\n",
+    "#line 3812 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -13827,7 +14071,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3737 \"springls.h\"\n",
+    "#line 3908 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -13948,7 +14192,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 3859 \"springls.h\"\n",
+    "#line 4030 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14224,7 +14468,7 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "}\n",
-    "#line 4136 \"springls.h\"\n",
+    "#line 4307 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -14402,7 +14646,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4315 \"springls.h\"\n",
+    "#line 4486 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14527,7 +14771,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4441 \"springls.h\"\n",
+    "#line 4612 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14622,7 +14866,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4537 \"springls.h\"\n",
+    "#line 4708 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -14862,7 +15106,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4778 \"springls.h\"\n",
+    "#line 4949 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -14893,7 +15137,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4810 \"springls.h\"\n",
+    "#line 4981 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15100,7 +15344,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5018 \"springls.h\"\n",
+    "#line 5189 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -15208,7 +15452,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5127 \"springls.h\"\n",
+    "#line 5298 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -15344,7 +15588,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5264 \"springls.h\"\n",
+    "#line 5435 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -15389,6 +15633,12 @@ static const char *const springls__kernel_lines[] = {
     "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
     "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \\\n",
+    "    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \\\n",
+    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \\\n",
+    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \\\n",
+    "    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \\\n",
+    "    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \\\n",
     "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
     "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
     "\n",
@@ -15396,8 +15646,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
     "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
     "\n",
-    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,\n",
-    "   and elements that a core of a processor takes at once. */\n",
+    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).\n",
+    "   Name, and elements that a core of a processor takes at once. */\n",
     "#define SPRINGLS__COLLECTIVES(X)                                                                      \\\n",
     "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \\\n",
     "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \\\n",
@@ -15405,10 +15655,11 @@ static const char *const springls__kernel_lines[] = {
     "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
     "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
     "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
-    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \\\n",
+    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \\\n",
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
-    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)\n",
-    "#line 15412 \"springls.h\"\n",
+    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
+    "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
+    "#line 15663 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -15646,6 +15897,17 @@ static const char *const springls__kernel_lines[] = {
     "    springls__mark_reach(model, origin, ((__global const uint *)model->scratch[0])[i]);\n",
     "}\n",
     "\n",
+    "/* Bricks within the band of a springl. */\n",
+    "static void springls__mark_near_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int lo[3], hi[3], x, y, z;\n",
+    "    (void)job;\n",
+    "    springls__springl_bricks(&model->grid, &model->set.s[i], model->params.band_half_width + 1.0f, lo, hi);\n",
+    "    for (z = lo[2]; z <= hi[2]; z++)\n",
+    "        for (y = lo[1]; y <= hi[1]; y++)\n",
+    "            for (x = lo[0]; x <= hi[0]; x++) springls__mark(model, 8 * x, 8 * y, 8 * z);\n",
+    "}\n",
+    "\n",
     "/* Chunks of all bricks: sums of those that go, come, and are active then. */\n",
     "static void springls__bricks_count_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
@@ -15811,7 +16073,200 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 15815 \"springls.h\"\n",
+    "#line 16077 \"springls.h\"\n",
+    "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
+    "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
+    "\n",
+    "/* ---- regions (src/unsigned_to_signed.h): labels are joined by union-find ----\n",
+    "   Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a\n",
+    "   smaller number in its region, or itself; in the end the smallest, the root. -1: not in a region. */\n",
+    "\n",
+    "#define SPRINGLS__ROWS 64 /* of eight voxels, in a brick */\n",
+    "\n",
+    "typedef struct springls__regions {\n",
+    "    const springls__model *model;\n",
+    "    __global int *label;\n",
+    "    __global int *votes; /* of roots: voxels around their region that are outside less those inside (in phi_next's place) */\n",
+    "    int voxels;          /* numbers of voxels; those from here on are bricks */\n",
+    "} springls__regions;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)\n",
+    "{\n",
+    "    springls__regions r;\n",
+    "    r.model = model;\n",
+    "    r.label = (__global int *)model->scratch[1];\n",
+    "    r.votes = (__global int *)model->grid.phi_next;\n",
+    "    r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "/* Work items: rows of the active bricks, then bricks of the top table. First voxel of a row and where it lies. */\n",
+    "SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])\n",
+    "{\n",
+    "    int slot = g->active[row / SPRINGLS__ROWS];\n",
+    "    springls__slot_origin(g, slot, at);\n",
+    "    at[1] += row % 8;\n",
+    "    at[2] += row / 8 % 8;\n",
+    "    return slot * SPRINGLS__BRICK_VOXELS + row % SPRINGLS__ROWS * 8;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)\n",
+    "{\n",
+    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && ((__global const uint8_t *)model->scratch[2])[brick] == SPRINGLS__OPEN;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int rows = model->grid.active_count * SPRINGLS__ROWS, first, v, at[3];\n",
+    "    (void)job;\n",
+    "    if (i >= rows) {\n",
+    "        r.label[r.voxels + i - rows] = springls__open_brick(model, i - rows) ? r.voxels + i - rows : -1;\n",
+    "        return;\n",
+    "    }\n",
+    "    first = springls__row_at(&model->grid, i, at);\n",
+    "    for (v = first; v < first + 8; v++) { /* neighbours along the row are joined at once */\n",
+    "        bool member = springls__unsettled(model, (size_t)v);\n",
+    "        r.label[v] = !member ? -1 : v > first && r.label[v - 1] >= 0 ? r.label[v - 1] : v;\n",
+    "        r.votes[v] = 0;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The root of n as far as it is known: others join meanwhile. */\n",
+    "SPRINGLS__MATHS int springls__region_root(__global int *label, int n)\n",
+    "{\n",
+    "    int next = atomic_or(&label[n], 0);\n",
+    "    while (next != n) {\n",
+    "        n = next;\n",
+    "        next = atomic_or(&label[n], 0);\n",
+    "    }\n",
+    "    return n;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_unite(__global int *label, int a, int b)\n",
+    "{\n",
+    "    a = springls__region_root(label, a);\n",
+    "    b = springls__region_root(label, b);\n",
+    "    while (a != b) {\n",
+    "        int high = springls__imax(a, b), low = springls__imin(a, b), was = atomic_min(&label[high], low);\n",
+    "        if (was == high) return;\n",
+    "        a = springls__region_root(label, was); /* somebody else was faster: what high was joined to is joined */\n",
+    "        b = springls__region_root(label, low);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The node at a voxel of the domain, or -1. */\n",
+    "SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)\n",
+    "{\n",
+    "    const springls__grid *g = &r->model->grid;\n",
+    "    int slot, n;\n",
+    "    if (!springls__grid_contains(g, x, y, z)) return -1;\n",
+    "    slot = springls__slot_at(g, x, y, z);\n",
+    "    n = slot < SPRINGLS__FIRST_SLOT ? springls__brick_at(g, x, y, z) : slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, n) ? r->voxels + n : -1;\n",
+    "    return springls__unsettled(r->model, (size_t)n) ? n : -1;\n",
+    "}\n",
+    "\n",
+    "/* A row with those below and before it, and with constant bricks on all sides; a constant brick with those before it. */\n",
+    "SPRINGLS__MATHS void springls__region_join_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int rows = model->grid.active_count * SPRINGLS__ROWS, at[3], d, x;\n",
+    "    (void)job;\n",
+    "    if (i >= rows) {\n",
+    "        int brick = i - rows, stride = 1;\n",
+    "        if (!springls__open_brick(model, brick)) return;\n",
+    "        for (d = 0; d < 3; d++) {\n",
+    "            bool first = brick / stride % model->grid.bricks[d] == 0;\n",
+    "            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, r.voxels + brick, r.voxels + brick - stride);\n",
+    "            stride *= model->grid.bricks[d];\n",
+    "        }\n",
+    "        return;\n",
+    "    }\n",
+    "    springls__row_at(&model->grid, i, at);\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        int axis = d >> 1, by = d & 1 ? 1 : -1, before = -1;\n",
+    "        for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
+    "            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), other = -1;\n",
+    "            if (n >= 0) other = springls__region_node(&r, at[0] + x + (axis == 0 ? by : 0), at[1] + (axis == 1 ? by : 0), at[2] + (axis == 2 ? by : 0));\n",
+    "            if (other >= 0 && before < 0 && (other >= r.voxels || by < 0)) springls__region_unite(r.label, n, other); /* once a run */\n",
+    "            before = other;\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* What a voxel beside a region says. */\n",
+    "SPRINGLS__MATHS int springls__region_vote(const springls__model *model, int x, int y, int z)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    size_t v;\n",
+    "    int slot;\n",
+    "    if (!springls__grid_contains(g, x, y, z)) return 0;\n",
+    "    slot = springls__slot_at(g, x, y, z);\n",
+    "    v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture) return 0;\n",
+    "    return g->phi[v] > 0.0f ? 1 : -1;\n",
+    "}\n",
+    "\n",
+    "/* Labels become roots; what the voxels around a member say is added up there. Regions of bricks alone have no vote. */\n",
+    "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int rows = g->active_count * SPRINGLS__ROWS, at[3], d, v, k, n, root = -1, votes = 0;\n",
+    "    (void)job;\n",
+    "    if (i >= rows) {\n",
+    "        int brick = i - rows;\n",
+    "        if (!springls__open_brick(model, brick)) return;\n",
+    "        root = springls__region_root(r.label, r.voxels + brick);\n",
+    "        at[0] = 8 * (brick % g->bricks[0]);\n",
+    "        at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
+    "        at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "        for (d = 0; d < 6; d++)\n",
+    "            for (k = 0; k < 64; k++) {\n",
+    "                int to[3], axis = d >> 1;\n",
+    "                to[axis] = at[axis] + (d & 1 ? 8 : -1);\n",
+    "                to[(axis + 1) % 3] = at[(axis + 1) % 3] + k % 8;\n",
+    "                to[(axis + 2) % 3] = at[(axis + 2) % 3] + k / 8;\n",
+    "                votes += springls__region_vote(model, to[0], to[1], to[2]);\n",
+    "            }\n",
+    "        if (root < r.voxels && votes != 0) atomic_add(&r.votes[root], votes);\n",
+    "        return;\n",
+    "    }\n",
+    "    n = springls__row_at(g, i, at);\n",
+    "    for (v = 0; v <= 8; v++) { /* run by run */\n",
+    "        int label = v < 8 ? r.label[n + v] : -1;\n",
+    "        if (label < 0) {\n",
+    "            if (root >= 0 && votes != 0) atomic_add(&r.votes[root], votes);\n",
+    "            root = -1;\n",
+    "            votes = 0;\n",
+    "            continue;\n",
+    "        }\n",
+    "        if (root < 0) root = springls__region_root(r.label, label);\n",
+    "        for (d = 0; d < 6; d++)\n",
+    "            votes += springls__region_vote(model, at[0] + v + (d == 0 ? -1 : d == 1), at[1] + (d == 2 ? -1 : d == 3), at[2] + (d == 4 ? -1 : d == 5));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Regions with more voxels of the outside around them are outside. */\n",
+    "SPRINGLS__MATHS void springls__region_settle_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int rows = model->grid.active_count * SPRINGLS__ROWS, at[3], n, v, root = -1;\n",
+    "    (void)job;\n",
+    "    if (i >= rows) {\n",
+    "        if (!springls__open_brick(model, i - rows)) return;\n",
+    "        root = springls__region_root(r.label, r.voxels + i - rows);\n",
+    "        if (root < r.voxels && r.votes[root] > 0) model->grid.top[i - rows] = SPRINGLS__OUTSIDE;\n",
+    "        return;\n",
+    "    }\n",
+    "    n = springls__row_at(&model->grid, i, at);\n",
+    "    for (v = n; v < n + 8; v++) {\n",
+    "        root = r.label[v] < 0 ? -1 : root >= 0 ? root : springls__region_root(r.label, v);\n",
+    "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
+    "    }\n",
+    "}\n",
+    "#line 16270 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
