@@ -5,22 +5,22 @@
 
 /* ---- chunks: job.i[1] elements each, of job.i[2] in all ---- */
 
-static int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }
-static int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }
+SPRINGLS__MATHS int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }
+SPRINGLS__MATHS int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }
 
 /* The array of numbers number `which`: scratches, then near_first. */
-static __global uint *springls__numbers(const springls__model *model, int which)
+SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int which)
 {
     return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.near_first;
 }
 
 /* The array of bytes number `which`: scratches, then edge. */
-static __global const uchar *springls__bytes(const springls__model *model, int which)
+SPRINGLS__MATHS __global const uchar *springls__bytes(const springls__model *model, int which)
 {
     return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->scratch[which] : model->set.edge;
 }
 
-static void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)
 {
     __global const uint *numbers = springls__numbers(model, job.i[0]);
     uint sum = 0;
@@ -30,7 +30,7 @@ static void springls__scan_chunk_element(const springls__model *model, springls_
 }
 
 /* The first job.i[3] sums become those of the chunks before; the sum of all to counts[0]. */
-static void springls__scan_sums_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__job job, int i)
 {
     uint sum = 0, one;
     int k;
@@ -42,7 +42,7 @@ static void springls__scan_sums_element(const springls__model *model, springls__
     model->counts[i] = sum;
 }
 
-static void springls__scan_apply_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__job job, int i)
 {
     __global uint *numbers = springls__numbers(model, job.i[0]);
     uint sum = model->sums[i], one;
@@ -55,7 +55,7 @@ static void springls__scan_apply_element(const springls__model *model, springls_
 }
 
 /* How many bytes are job.f[0]. */
-static void springls__count_chunk_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__count_chunk_element(const springls__model *model, springls__job job, int i)
 {
     __global const uchar *bytes = springls__bytes(model, job.i[0]);
     uint sum = 0;
@@ -64,7 +64,7 @@ static void springls__count_chunk_element(const springls__model *model, springls
     model->sums[i] = sum;
 }
 
-static void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)
 {
     __global const float *values = (__global const float *)model->scratch[job.i[0]];
     float largest = 0.0f;
@@ -73,7 +73,7 @@ static void springls__largest_chunk_element(const springls__model *model, spring
     ((__global float *)model->sums)[i] = largest;
 }
 
-static void springls__largest_sums_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model, springls__job job, int i)
 {
     float largest = 0.0f;
     int k;
@@ -81,7 +81,7 @@ static void springls__largest_sums_element(const springls__model *model, springl
     ((__global float *)model->counts)[i] = largest;
 }
 
-static void springls__counts_clear_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
     model->counts[i] = 0u;
@@ -89,7 +89,7 @@ static void springls__counts_clear_element(const springls__model *model, springl
 
 /* ---- springls by cells (section 4.8) ---- */
 
-static void springls__cells_clear_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model, springls__job job, int i)
 {
     __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
     int c;
@@ -98,7 +98,7 @@ static void springls__cells_clear_element(const springls__model *model, springls
 }
 
 /* counts: of missing bricks, the largest reach, of large springls. */
-static void springls__cells_count_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__job job, int i)
 {
     uint key = model->cells.key[i];
     (void)job;
@@ -113,7 +113,7 @@ static void springls__cells_count_element(const springls__model *model, springls
 }
 
 /* Entry c + 1 becomes where cell c starts, counted in the brick; how many it has goes to SCRATCH0. */
-static void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)
 {
     __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
     uint sum = 0, one;
@@ -127,7 +127,7 @@ static void springls__cells_prefix_element(const springls__model *model, springl
     ((__global uint *)model->scratch[0])[i] = sum;
 }
 
-static void springls__cells_base_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cells_base_element(const springls__model *model, springls__job job, int i)
 {
     __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
     uint base = ((__global const uint *)model->scratch[0])[i];
@@ -138,7 +138,7 @@ static void springls__cells_base_element(const springls__model *model, springls_
 }
 
 /* Entry c + 1 moves on to where cell c ends. */
-static void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)
 {
     uint key = model->cells.key[i];
     (void)job;
@@ -146,7 +146,7 @@ static void springls__cells_scatter_element(const springls__model *model, spring
 }
 
 /* Ascending, by gaps that shrink. */
-static void springls__sort(__global uint *ids, uint count)
+SPRINGLS__MATHS void springls__sort(__global uint *ids, uint count)
 {
     uint gap = 1, i, k, id;
     while (gap < count / 3u) gap = 3u * gap + 1u;
@@ -158,7 +158,7 @@ static void springls__sort(__global uint *ids, uint count)
         }
 }
 
-static void springls__cells_sort_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, springls__job job, int i)
 {
     __global const uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;
     int c;
@@ -166,13 +166,13 @@ static void springls__cells_sort_element(const springls__model *model, springls_
     for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);
 }
 
-static void springls__large_flag_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
     ((__global uint *)model->scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;
 }
 
-static void springls__large_scatter_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
     if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->scratch[0])[i]] = (uint)i;
@@ -181,18 +181,18 @@ static void springls__large_scatter_element(const springls__model *model, spring
 /* ---- bricks: those flagged are to be active ---- */
 
 /* job.i[0]: those that are stay so. */
-static void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)
 {
     model->brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
 }
 
-static void springls__mark(const springls__model *model, int x, int y, int z)
+SPRINGLS__MATHS void springls__mark(const springls__model *model, int x, int y, int z)
 {
     atomic_or(SPRINGLS__ATOMIC(model->brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);
 }
 
 /* Bricks that particles have come to. */
-static void springls__mark_missing_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__job job, int i)
 {
     springls__v3 p = model->set.s[i].p;
     (void)job;
@@ -201,7 +201,7 @@ static void springls__mark_missing_element(const springls__model *model, springl
                    springls__cell_coordinate(p.z, model->grid.size[2]));
 }
 
-static void springls__mark_reach(const springls__model *model, const int origin[3], uint reach)
+SPRINGLS__MATHS void springls__mark_reach(const springls__model *model, const int origin[3], uint reach)
 {
     int d, at[3];
     for (d = 0; d < 27 && reach; d++)
@@ -209,7 +209,7 @@ static void springls__mark_reach(const springls__model *model, const int origin[
 }
 
 /* Bricks within one cell of the particles of an active brick, or of a large springl. */
-static void springls__mark_around_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_around_element(const springls__model *model, springls__job job, int i)
 {
     int origin[3];
     springls__v3 p;
@@ -227,7 +227,7 @@ static void springls__mark_around_element(const springls__model *model, springls
 }
 
 /* Bricks that the band of an active one reaches (SCRATCH0). */
-static void springls__mark_band_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, springls__job job, int i)
 {
     int origin[3];
     (void)job;
@@ -236,7 +236,7 @@ static void springls__mark_band_element(const springls__model *model, springls__
 }
 
 /* Bricks within the band of a springl. */
-static void springls__mark_near_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__job job, int i)
 {
     int lo[3], hi[3], x, y, z;
     (void)job;
@@ -247,7 +247,7 @@ static void springls__mark_near_element(const springls__model *model, springls__
 }
 
 /* Chunks of all bricks: sums of those that go, come, and are active then. */
-static void springls__bricks_count_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__job job, int i)
 {
     uint gone = 0, come = 0, active = 0;
     int b;
@@ -263,7 +263,7 @@ static void springls__bricks_count_element(const springls__model *model, springl
 }
 
 /* One of the three (i): sums of the chunks before; of all to counts[i]. */
-static void springls__bricks_sums_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__job job, int i)
 {
     uint sum = 0, one;
     int k;
@@ -275,7 +275,7 @@ static void springls__bricks_sums_element(const springls__model *model, springls
     model->counts[i] = sum;
 }
 
-static void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)
 {
     uint place = (uint)model->grid.free_count + model->sums[3 * i];
     int b, slot;
@@ -289,7 +289,7 @@ static void springls__bricks_drop_element(const springls__model *model, springls
 }
 
 /* A new brick takes a free slot, of the job.i[0] there are now, or one behind all. */
-static void springls__bricks_add_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
     int come = (int)model->sums[3 * i + 1], place = (int)model->sums[3 * i + 2], b, slot;
@@ -309,7 +309,7 @@ static void springls__bricks_add_element(const springls__model *model, springls_
 }
 
 /* A new brick goes on with the constant it had. */
-static void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)
 {
     size_t slot = (size_t)model->brick_list[i];
     float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];
@@ -325,22 +325,22 @@ static void springls__bricks_fill_element(const springls__model *model, springls
 
 /* ---- springls by bricks they come near: job.f[0] is the margin ---- */
 
-static __global uint *springls__near_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }
+SPRINGLS__MATHS __global uint *springls__near_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }
 
-static void springls__near_rank_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__near_rank_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
     ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;
 }
 
-static void springls__near_clear_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__near_clear_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
     model->cells.near_first[i] = 0u;
 }
 
 /* Counts springl i in every brick that it comes near, or puts it there. */
-static void springls__near_visit(const springls__model *model, float margin, int i, int put)
+SPRINGLS__MATHS void springls__near_visit(const springls__model *model, float margin, int i, int put)
 {
     const springls__grid *g = &model->grid;
     int lo[3], hi[3], x, y, z;
@@ -357,16 +357,16 @@ static void springls__near_visit(const springls__model *model, float margin, int
             }
 }
 
-static void springls__near_count_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 0); }
-static void springls__near_scatter_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 1); }
+SPRINGLS__MATHS void springls__near_count_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 0); }
+SPRINGLS__MATHS void springls__near_scatter_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 1); }
 
-static void springls__near_cursor_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__near_cursor_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
     springls__near_cursor(model)[i] = model->cells.near_first[i];
 }
 
-static void springls__near_sort_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__near_sort_element(const springls__model *model, springls__job job, int i)
 {
     uint first = model->cells.near_first[i];
     (void)job;
@@ -375,13 +375,13 @@ static void springls__near_sort_element(const springls__model *model, springls__
 
 /* ---- springls that stay: those whose byte in SCRATCH1 is not 0 ---- */
 
-static void springls__compact_flag_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__compact_flag_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
     ((__global uint *)model->scratch[0])[i] = ((__global const uchar *)model->scratch[1])[i] ? 1u : 0u;
 }
 
-static void springls__compact_out_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model, springls__job job, int i)
 {
     __global springls__packed *to = (__global springls__packed *)model->spare + ((__global const uint *)model->scratch[0])[i];
     (void)job;
@@ -397,7 +397,7 @@ static void springls__compact_out_element(const springls__model *model, springls
     to->edge = model->set.edge[i];
 }
 
-static void springls__compact_in_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)
 {
     __global const springls__packed *from = (__global const springls__packed *)model->spare + i;
     (void)job;

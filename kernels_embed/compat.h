@@ -5,7 +5,8 @@
 
 #ifdef __OPENCL_VERSION__
   #pragma OPENCL FP_CONTRACT OFF
-  #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
+  /* A function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
+  #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)

@@ -4,7 +4,7 @@
 
 #if defined(__OPENCL_VERSION__)
 #define SPRINGLS__LANES 8
-#define SPRINGLS__LANE static inline
+#define SPRINGLS__LANE SPRINGLS__MATHS
 typedef float8 springls__vec;
 typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */
 #define springls__vec_load(from) vload8(0, from)
@@ -19,8 +19,8 @@ typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */
 #define springls__vec_to_ints(x) convert_int8(x)
 #define springls__vec_of_bits(bits) as_float8(bits)
 #define springls__vmask_any(where) any(where)
-static inline springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }
-static inline springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }
+SPRINGLS__MATHS springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }
+SPRINGLS__MATHS springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }
 
 #elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
 #if defined(__AVX2__)

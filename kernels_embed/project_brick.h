@@ -218,12 +218,12 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
+    if (model->group.item == 0) *in_doubt = 0;
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     at_edge = some && springls__near_edge(model, &near_by);
-    if (model->group.item == 0) *in_doubt = 0;
     if (some) springls__brick_sums_take(model, &near_by, o, sums);
-    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
