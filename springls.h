@@ -4144,7 +4144,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
-    seed.ok = 0;
+    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
     if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
     x = springls__mad(s->p, opening.middle, away);
     if (!springls__has_room(model, x, n)) return seed;
@@ -13922,7 +13922,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    seed.ok = 0;\n",
+    "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
     "    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */\n",
     "    x = springls__mad(s->p, opening.middle, away);\n",
     "    if (!springls__has_room(model, x, n)) return seed;\n",
