@@ -4767,7 +4767,7 @@ typedef struct springls__surface {
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
 
-/* Another place where kernels run (springls_cl.h). After a failure a call has said springls__fail. */
+/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
 struct springls_backend {
     /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -4790,8 +4790,10 @@ struct springls_context {
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_backend *backend; /* NULL: scalar                                                                   */
-    springls_status backend_status; /* of its first failure, which the stage that runs has not told yet         */
+    springls_status backend_status; /* why it has been left, until the call at work has told                    */
+    bool lost;              /* and the model could not be brought back: nothing goes on until then               */
     bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
+    int calls;              /* stages and steps at work, one inside the other                                    */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
@@ -4910,6 +4912,8 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
+SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx);
+
 /* Room for count elements of `element` bytes in an array of the model, here and on the device; keeps the first `keep`. */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
@@ -4917,7 +4921,8 @@ SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springl
     springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
     springls__bind(ctx);
     if (status != SPRINGLS_OK || !buffer->device || buffer->device_bytes >= buffer->bytes) return status;
-    return ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale ? 0 : keep * element);
+    if (ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale ? 0 : keep * element) == SPRINGLS_OK) return SPRINGLS_OK;
+    return springls__leave_backend(ctx);
 }
 
 SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__array array, size_t count, size_t keep)
@@ -5709,7 +5714,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
 {
     springls__buffer *buffer = &ctx->memory[array];
-    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, springls__used(ctx, array) * springls__element_size(array), to_host));
+    size_t bytes = springls__used(ctx, array) * springls__element_size(array);
+    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
     if (to_host) buffer->host_stale = false;
     else buffer->device_stale = false;
     return SPRINGLS_OK;
@@ -5717,26 +5723,38 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
 
 #define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
 
+/* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
+   from where it was. A failure when not even that can be: the model is lost. */
+SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
+{
+    int array;
+    char error[sizeof ctx->error];
+    memcpy(error, ctx->error, sizeof error);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
+        if (buffer->device) ctx->backend->release(ctx, buffer);
+        buffer->host_stale = buffer->device_stale = false;
+    }
+    ctx->backend = NULL;
+    ctx->on_device = false;
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error, ctx->lost ? ", the model is lost" : "");
+    return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
+}
+
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
+    if (ctx->lost) return ctx->backend_status;
     if (!ctx->backend) return SPRINGLS_OK;
-    if (ctx->backend_status != SPRINGLS_OK) return ctx->backend_status;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
-        if (buffer->host_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, true));
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK) return springls__leave_backend(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
-}
-
-/* The same where a failure must wait for the end of the stage. */
-SPRINGLS__FN bool springls__readable(springls_context *ctx, uint64_t reads, uint64_t writes)
-{
-    if (ctx->backend && ctx->backend_status == SPRINGLS_OK) ctx->backend_status = springls__to_host(ctx, reads, writes);
-    return ctx->backend_status == SPRINGLS_OK;
 }
 
 /* What a kernel may touch is on the device; what it writes is only there. */
@@ -5758,13 +5776,6 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 /* Stages run on the device ... */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* ... inputs and queries here. */
-SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
-{
-    ctx->on_device = false;
-    return springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0);
-}
-
 /* Whatever the device has is of no use any more. */
 SPRINGLS__FN void springls__host_anew(springls_context *ctx)
 {
@@ -5778,31 +5789,24 @@ SPRINGLS__FN void springls__host_anew(springls_context *ctx)
 
 SPRINGLS__FN void springls__clear_model(springls_context *ctx);
 
-/* The backend has failed: the context goes on without it, with what can still be read from the device; else with no model. */
-SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
-{
-    springls_status failure = ctx->backend_status;
-    bool lost;
-    int array;
-    char error[sizeof ctx->error];
-    memcpy(error, ctx->error, sizeof error);
-    ctx->backend_status = SPRINGLS_OK;
-    ctx->on_device = false;
-    lost = springls__to_host(ctx, SPRINGLS__ALL_BITS, 0) != SPRINGLS_OK;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (buffer->device) ctx->backend->release(ctx, buffer);
-        buffer->host_stale = buffer->device_stale = false;
-    }
-    ctx->backend = NULL;
-    if (lost) springls__clear_model(ctx);
-    return springls__fail(ctx, failure, "%s; going on without the device%s", error, lost ? ", the model is lost" : "");
-}
-
-/* The end of what runs on the device: its failure, if it has failed. */
+/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
 SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_status status)
 {
-    return ctx->backend_status == SPRINGLS_OK ? status : springls__leave_backend(ctx);
+    bool lost = ctx->lost;
+    if (ctx->backend_status == SPRINGLS_OK) return status;
+    if (ctx->calls > 0) return lost ? ctx->backend_status : status;
+    if (lost || status == SPRINGLS_OK) status = ctx->backend_status;
+    ctx->backend_status = SPRINGLS_OK;
+    ctx->lost = false;
+    if (lost) springls__clear_model(ctx);
+    return status;
+}
+
+/* ... inputs and queries here. */
+SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
+{
+    ctx->on_device = false;
+    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0));
 }
 
 /* ======== >>run  (src/run.h) =================================================================================== */
@@ -5832,16 +5836,16 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
     return ctx->backend->run(ctx, (int)kernel, count, job);
 }
 
-/* A failure of the backend is told when the stage ends. */
+/* What the device cannot do is done here. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
-    if (count <= 0 || ctx->backend_status != SPRINGLS_OK) return;
+    if (count <= 0 || ctx->lost) return;
     if (ctx->on_device) {
-        ctx->backend_status = springls__run_on_device(ctx, kernel, count, job);
-        return;
+        if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return;
+        springls__leave_backend(ctx);
     }
-    if (!springls__readable(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run.ctx = ctx;
     run.kernel = &springls__kernels[kernel];
     run.job = job;
@@ -5863,7 +5867,7 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 {
     const uint8_t *flags;
     int i, n = 0;
-    if (!springls__readable(ctx, (uint64_t)1 << array, 0)) return 0;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
     flags = (const uint8_t *)ctx->memory[array].data;
     for (i = 0; i < count; i++) n += flags[i] == value;
     return n;
@@ -5875,7 +5879,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     const float *values = (const float *)ctx->model.scratch[scratch];
     float largest = 0.0f;
     int i;
-    if (!springls__readable(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0)) return 0.0f;
+    if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
@@ -5937,9 +5941,11 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
-    status = springls__told(ctx, run(ctx));
+    ctx->calls++;
+    status = run(ctx);
+    ctx->calls--;
     springls__stage_end(ctx, stage, started);
-    return status;
+    return springls__told(ctx, status);
 }
 
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
@@ -6045,7 +6051,7 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 SPRINGLS__FN void springls__fill_constant(springls_context *ctx, springls__array field, float outside, float inside)
 {
     float *values = (float *)ctx->memory[field].data;
-    if (!springls__readable(ctx, 0, (uint64_t)1 << field)) return;
+    if (springls__to_host(ctx, 0, (uint64_t)1 << field) != SPRINGLS_OK) return;
     springls__fill(values, SPRINGLS__OUTSIDE, outside);
     springls__fill(values, SPRINGLS__INSIDE, inside);
 }
@@ -8289,10 +8295,9 @@ SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const spr
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
+SPRINGLS__FN springls_status springls__step(springls_context *ctx, const springls_step_desc *step)
 {
     float speed, limit, dt, moved;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
@@ -8311,6 +8316,16 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
     if (!(speed * dt <= (float)SPRINGLS__MOST_PARTS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
     return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
+}
+
+SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
+{
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    ctx->calls++;
+    status = springls__step(ctx, step);
+    ctx->calls--;
+    return springls__told(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
@@ -9417,7 +9432,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
     if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
-    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) status = springls__evolve_and_rebuild(ctx);
+    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
+        status = springls__evolve(ctx);
+        if (status == SPRINGLS_OK) status = springls__rebuild(ctx);
+    }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
         ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
@@ -9833,7 +9851,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
-    if (!balanced) SPRINGLS__TRY(springls_rebuild(ctx));
+    if (!balanced) SPRINGLS__TRY(springls__rebuild(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
@@ -10661,7 +10679,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 {
     uint64_t hash = 14695981039346656037u;
     int i, v;
-    if (!ctx || springls__use_host_const(ctx) != SPRINGLS_OK) return 0;
+    if (!ctx) return 0;
+    springls__use_host_const(ctx);
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -14268,7 +14287,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 14272 \"springls.h\"\n",
+    "#line 14291 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

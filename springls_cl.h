@@ -169,7 +169,8 @@ SPRINGLS__FN springls_status springls__cl_status(cl_int error)
 SPRINGLS__FN springls_status springls__cl_check(springls_context *ctx, cl_int error, const char *doing)
 {
     if (error == CL_SUCCESS) return SPRINGLS_OK;
-    return springls__fail(ctx, springls__cl_status(error), "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
+    snprintf(ctx->error, sizeof ctx->error, "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
+    return SPRINGLS_DEVICE;
 }
 
 SPRINGLS__FN springls__cl *springls__cl_of(springls_context *ctx) { return (springls__cl *)(void *)ctx->backend; }

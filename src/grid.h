@@ -14,7 +14,7 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
 SPRINGLS__FN void springls__fill_constant(springls_context *ctx, springls__array field, float outside, float inside)
 {
     float *values = (float *)ctx->memory[field].data;
-    if (!springls__readable(ctx, 0, (uint64_t)1 << field)) return;
+    if (springls__to_host(ctx, 0, (uint64_t)1 << field) != SPRINGLS_OK) return;
     springls__fill(values, SPRINGLS__OUTSIDE, outside);
     springls__fill(values, SPRINGLS__INSIDE, inside);
 }

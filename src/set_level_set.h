@@ -439,7 +439,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
     if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
-    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) status = springls__evolve_and_rebuild(ctx);
+    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
+        status = springls__evolve(ctx);
+        if (status == SPRINGLS_OK) status = springls__rebuild(ctx);
+    }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
         ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
