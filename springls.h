@@ -30,16 +30,16 @@
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>fill_from_springls   kernels_embed/fill_from_springls.h
      >>fill_gaps            kernels_embed/fill_gaps.h
-     >>kernels              kernels_embed/kernels.h
-     >>lanes                src/lanes.h
+     >>lanes                kernels_embed/lanes.h
+     >>lanes_neighbors      kernels_embed/lanes_neighbors.h
+     >>lanes_rows           kernels_embed/lanes_rows.h
+     >>lanes_project        kernels_embed/lanes_project.h
      >>rows                 kernels_embed/rows.h
+     >>kernels              kernels_embed/kernels.h
      >>internal             src/internal.h
      >>memory               src/memory.h
      >>params               src/params.h
      >>kernels              src/kernels.h
-     >>lanes_neighbors      src/lanes_neighbors.h
-     >>lanes_rows           src/lanes_rows.h
-     >>lanes_project        src/lanes_project.h
      >>lanes_relax          src/lanes_relax.h
      >>lanes_advect         src/lanes_advect.h
      >>coherence            src/coherence.h
@@ -1289,6 +1289,11 @@ typedef struct springls__model {
     springls__cells cells;
     SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
     SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
+    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
+    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
+    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
+    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */
+    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
     springls_params params;
 } springls__model;
 
@@ -1306,7 +1311,20 @@ typedef struct springls__model {
     X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
     X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
     X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
-    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])
+    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
+    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
+    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
+
+/* All of a springl, on its way to another place. */
+typedef struct springls__packed {
+    springls__springl s;
+    springls__v3 a, was;
+    uint32_t id, generation;
+    int32_t part;
+    float phi;
+    uint32_t mask, edge;
+} springls__packed;
+#define SPRINGLS__PACKED_WORDS 28
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -1778,6 +1796,20 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
 {
     (void)job;
     if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);
+}
+
+/* Voxel i of the two constant bricks: job.f, outside and inside. */
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)
+{
+    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];
+}
+
+/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)
+{
+    int slot = model->grid.active[i];
+    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
 }
 
 /* ======== >>cells  (kernels_embed/cells.h) ===================================================================== */
@@ -4309,60 +4341,32 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
     model->set.was[n] = s.p; /* it has been placed, not moved */
 }
 
-/* ======== >>kernels  (kernels_embed/kernels.h) ================================================================= */
-/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
-   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
-   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
-
-/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
-#define SPRINGLS__KERNELS(X)                                                                          \
-    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
-    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
-    X(orient, 256, SPRINGLS__BIT(S))                                                                \
-    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
-    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
-    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
-    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
-    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
-    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
-    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
-    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
-    X(track, 256, SPRINGLS__BIT(A))                                                                 \
-    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
-    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
-    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
-    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
-    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
-    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
-    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
-    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
-    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
-    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
-    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
-    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
-    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
-    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
-    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
-    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
-    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
-    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
-
-/* Those whose loop is in lanes_*.h. */
-#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
-    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
-
-/* ======== >>lanes  (src/lanes.h) =============================================================================== */
+/* ======== >>lanes  (kernels_embed/lanes.h) ===================================================================== */
 /* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
    compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
 
-#if defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
+#if defined(__OPENCL_VERSION__)
+#define SPRINGLS__LANES 8
+#define SPRINGLS__LANE static inline
+typedef float8 springls__vec;
+typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */
+#define springls__vec_load(from) vload8(0, from)
+#define springls__vec_store(to, v) vstore8(v, 0, to)
+#define springls__vec_all(x) ((float8)(x))
+#define springls__vec_select(where, yes, no) select(no, yes, where)
+#define springls__vec_min(a, b) springls__vec_lesser(a, b)
+#define springls__vec_max(a, b) springls__vec_greater(a, b)
+#define springls__vec_abs(x) fabs(x)
+#define springls__vec_sqrt(x) sqrt(x)
+#define springls__vec_of_ints(k) convert_float8(k)
+#define springls__vec_to_ints(x) convert_int8(x)
+#define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vmask_any(where) any(where)
+static inline springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }
+static inline springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }
+
+#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
 #if defined(__AVX2__)
 #include <immintrin.h>
 #define SPRINGLS__LANES 8
@@ -4383,7 +4387,6 @@ typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
 typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
 typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
 
-typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
 SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
@@ -4418,11 +4421,6 @@ SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
 #endif
 }
 
-SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
-{
-    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
-}
-
 SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
 {
     springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
@@ -4441,13 +4439,6 @@ SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
 #endif
 }
 
-/* x rounded down, for |x| < 2^31. */
-SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
-{
-    springls__vec t = __builtin_convertvector(__builtin_convertvector(x, springls__vmask), springls__vec);
-    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
-}
-
 SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
 {
 #if defined(SPRINGLS__SIMD)
@@ -4457,6 +4448,27 @@ SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
     for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
     return any != 0;
 #endif
+}
+
+#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)
+#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)
+#define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#endif
+
+#ifdef SPRINGLS__LANES
+
+typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
+
+SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
+{
+    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
+}
+
+/* x rounded down, for |x| < 2^31. */
+SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
+{
+    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));
+    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
 }
 
 SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
@@ -4529,7 +4541,7 @@ SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
 /* 2^k for whole k in [-126, 127]. */
 SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
 {
-    return (springls__vec)((__builtin_convertvector(k, springls__vmask) + 127) << 23);
+    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);
 }
 
 SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)
@@ -4566,6 +4578,355 @@ SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x,
     springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
     d = springls__vec3_mad(d, along, -s);
     return springls__vec3_dot(d, d);
+}
+
+#endif
+
+/* ======== >>lanes_neighbors  (kernels_embed/lanes_neighbors.h) ================================================= */
+/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
+
+#ifdef SPRINGLS__LANES
+
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+{
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    springls__vec3 at;
+    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
+    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
+    int e, m;
+    at.x = springls__vec_load(x);
+    at.y = springls__vec_load(y);
+    at.z = springls__vec_load(z);
+    for (e = 0; e < 3; e++) {
+        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
+        springls__vmask nearer = d < best;
+        best = springls__vec_select(nearer, d, best);
+        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
+    }
+    springls__vec_store(d2s, best);
+    springls__vec_store(edges, found);
+    for (m = 0; m < 3; m++) {
+        d2[m] = d2s[m];
+        edge[m] = (int)edges[m];
+    }
+}
+
+#endif
+
+/* ======== >>lanes_rows  (kernels_embed/lanes_rows.h) =========================================================== */
+/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
+
+#ifdef SPRINGLS__LANES
+
+/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
+SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
+{
+    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
+    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
+    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
+    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
+    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
+                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
+                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
+    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
+}
+
+/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + reach;
+        at.x = (float)x + springls__vec_load(ramp + i);
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
+
+/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
+   sphere is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                     SPRINGLS__GLOBAL const float *omega, float *side)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_load(ramp + i);
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
+        if (!springls__vmask_any(counts)) continue;
+        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
+        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
+        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
+        springls__vec_store(side + i, springls__vec_load(side + i) + height);
+    }
+}
+
+typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
+
+SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
+{
+    springls__vec_cross7 v;
+    v.c = springls__vec_load(t);
+    v.xm = springls__vec_load(t - 1);
+    v.xp = springls__vec_load(t + 1);
+    v.ym = springls__vec_load(t - SPRINGLS__TILE);
+    v.yp = springls__vec_load(t + SPRINGLS__TILE);
+    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
+    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
+    return v;
+}
+
+/* f times the upwind difference of phi */
+SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
+SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
+    springls__vmask inside = springls__vec_abs(v.c) <= width;
+    springls__vec change;
+    if (!springls__vmask_any(inside)) {
+        springls__vec_store(out, v.c);
+        return;
+    }
+    o = springls__tile_cross_lanes(omega);
+    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
+           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
+           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
+    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+    springls__vec_store(out, springls__vec_select(inside, change, v.c));
+}
+
+SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
+}
+
+SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+}
+
+SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+}
+
+SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
+{
+    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
+    springls__vmask inside = v.c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
+{
+    springls__vec flat = springls__vec_abs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
+    return slope * slope;
+}
+
+SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
+{
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
+}
+
+/* Is one of the 26 neighbours on the other side? */
+SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
+{
+    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
+    springls__vmask inside = c < 0.0f;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
+SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
+    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    if (springls__vmask_any(crossed | edge)) {
+        own = springls__interface_distance_lanes(v);
+        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
+        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
+        d = springls__vec_select(crossed, own, d);
+    }
+    springls__vec_store(out, d);
+}
+
+SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
+}
+
+SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
+{
+    const springls__vec zero = springls__vec_all(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
+}
+
+SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
+    springls__vec d = springls__vec_all(far_value);
+    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
+    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    springls__vec_store(out, springls__vec_select(kept, v.c, d));
+}
+
+SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
+}
+
+#endif
+
+/* ======== >>lanes_project  (kernels_embed/lanes_project.h) ===================================================== */
+/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
+   offset: from the particle to the row's first voxel. */
+
+#ifdef SPRINGLS__LANES
+
+SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+
+SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
+{
+    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
+}
+
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
+        springls__vec best = springls__vec_load(sums->nearest2 + i);
+        springls__vmask nearer = d2 < best;
+        if (!springls__vmask_any(nearer)) continue;
+        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
+        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
+        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
+        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
+    }
+}
+
+SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
+{
+    float *at = &sums->sum[member][i];
+    springls__vec_store(at, springls__vec_load(at) + value);
+}
+
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
+    springls__vec zero = springls__vec_all(0.0f);
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
+        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
+        if (!springls__vmask_any(w > zero)) continue;
+        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
+              + springls__vec_load(sums->facing[2] + i) * s.n.z;
+        w = w * w;
+        w = springls__vec_select(along > 0.4f, w * w, zero);
+        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
+    }
+}
+
+SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
+}
+
+/* springls__settled; phi points into a tile. */
+SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_cross7 v;
+        springls__vec sum, nearest;
+        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
+        if (!springls__vmask_any(doubtful)) {
+            springls__vec_store(out + i, springls__vec_load(phi + i));
+            continue;
+        }
+        v = springls__tile_cross_lanes(phi + i);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
+            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
+                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
+                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
+        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
+        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
+        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
+    }
+}
+
+/* springls__without_speck; true when there was one. */
+SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
+        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vmask_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
 }
 
 #endif
@@ -4707,6 +5068,69 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 
 #endif
 
+/* ======== >>kernels  (kernels_embed/kernels.h) ================================================================= */
+/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
+   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
+   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
+
+/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
+#define SPRINGLS__KERNELS(X)                                                                          \
+    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
+    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
+    X(orient, 256, SPRINGLS__BIT(S))                                                                \
+    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
+    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
+    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
+    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
+    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
+    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
+    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
+    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
+    X(track, 256, SPRINGLS__BIT(A))                                                                 \
+    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
+    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
+    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
+    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
+    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
+    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
+    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
+    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
+    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
+    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
+    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
+    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
+    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
+    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
+    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
+    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
+    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+
+/* Those whose loop is in lanes_*.h. */
+#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
+    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+
+/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,
+   and elements that a core of a processor takes at once. */
+#define SPRINGLS__COLLECTIVES(X)                                                                      \
+    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
+    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
+    X(counts_clear, 16)                                                                               \
+    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
+    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
+    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
+    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \
+    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)
+
 /* what a context holds */
 
 /* ======== >>internal  (src/internal.h) ========================================================================= */
@@ -4775,6 +5199,16 @@ struct springls_backend {
     /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
+    /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
+       unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
+    springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
+    springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
+    springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
+    springls_status (*constellation_compact)(springls_context *ctx);
+    springls_status (*cells_build)(springls_context *ctx);
+    springls_status (*cells_cover_around)(springls_context *ctx);
+    springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
+    springls_status (*near_build)(springls_context *ctx, float margin);
 };
 
 struct springls_context {
@@ -4912,17 +5346,14 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx);
-
-/* Room for count elements of `element` bytes in an array of the model, here and on the device; keeps the first `keep`. */
+/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
+   next used there (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
     springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
     springls__bind(ctx);
-    if (status != SPRINGLS_OK || !buffer->device || buffer->device_bytes >= buffer->bytes) return status;
-    if (ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale ? 0 : keep * element) == SPRINGLS_OK) return SPRINGLS_OK;
-    return springls__leave_backend(ctx);
+    return status;
 }
 
 SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__array array, size_t count, size_t keep)
@@ -5116,6 +5547,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 /* kernels.h - the table of kernels_embed/kernels.h as the host sees it. */
 
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
+#define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
 #define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(WAS) - SPRINGLS__BIT(S)) /* all of the constellation */
 
 typedef enum springls__kernel {
@@ -5138,359 +5570,10 @@ typedef struct springls__kernel_facts {
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
     }
 
-/* ======== >>lanes_neighbors  (src/lanes_neighbors.h) =========================================================== */
-/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
-
-#if SPRINGLS__LANES
-
-SPRINGLS__FN void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
-    springls__vec3 at;
-    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
-    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
-    int e, m;
-    at.x = springls__vec_load(x);
-    at.y = springls__vec_load(y);
-    at.z = springls__vec_load(z);
-    for (e = 0; e < 3; e++) {
-        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
-        springls__vmask nearer = d < best;
-        best = springls__vec_select(nearer, d, best);
-        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
-    }
-    springls__vec_store(d2s, best);
-    springls__vec_store(edges, found);
-    for (m = 0; m < 3; m++) {
-        d2[m] = d2s[m];
-        edge[m] = (int)edges[m];
-    }
-}
-
-#endif
-
-/* ======== >>lanes_rows  (src/lanes_rows.h) ===================================================================== */
-/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
-
-#if SPRINGLS__LANES
-
-/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
-SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
-{
-    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
-    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
-    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
-    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
-    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
-                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
-                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
-    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
-}
-
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec best = springls__vec_load(row + i), within = best + reach;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
-        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
-        springls__vec_store(row + i, best);
-    }
-}
-
-/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
-   sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
-        springls__vmask counts;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
-        if (!springls__vmask_any(counts)) continue;
-        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
-        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
-        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
-        springls__vec_store(side + i, springls__vec_load(side + i) + height);
-    }
-}
-
-typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
-
-SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
-{
-    springls__vec_cross7 v;
-    v.c = springls__vec_load(t);
-    v.xm = springls__vec_load(t - 1);
-    v.xp = springls__vec_load(t + 1);
-    v.ym = springls__vec_load(t - SPRINGLS__TILE);
-    v.yp = springls__vec_load(t + SPRINGLS__TILE);
-    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
-    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
-    return v;
-}
-
-/* f times the upwind difference of phi */
-SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
-{
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
-}
-
-/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
-    springls__vmask inside = springls__vec_abs(v.c) <= width;
-    springls__vec change;
-    if (!springls__vmask_any(inside)) {
-        springls__vec_store(out, v.c);
-        return;
-    }
-    o = springls__tile_cross_lanes(omega);
-    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
-           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
-           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
-    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-    springls__vec_store(out, springls__vec_select(inside, change, v.c));
-}
-
-SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
-{
-    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-    springls__vmask inside = v.c < 0.0f;
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
-{
-    springls__vec flat = springls__vec_abs(0.5f * (p - m));
-    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
-    return slope * slope;
-}
-
-SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
-{
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
-    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
-    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
-    return v.c / (1.0f + share * excess);
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
-{
-    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
-    springls__vmask inside = c < 0.0f;
-    int i;
-    for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
-        lo = springls__vec_min(lo, v);
-        hi = springls__vec_max(hi, v);
-    }
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
-    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    if (springls__vmask_any(crossed | edge)) {
-        own = springls__interface_distance_lanes(v);
-        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
-        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
-        d = springls__vec_select(crossed, own, d);
-    }
-    springls__vec_store(out, d);
-}
-
-SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
-{
-    const springls__vec zero = springls__vec_all(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
-    springls__vec one = a + 1.0f, two, three, sum, d;
-    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
-    sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
-    d = springls__vec_select(one > b, two, one);
-    return springls__vec_select(d > c, three, d);
-}
-
-SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
-    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
-    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
-    springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
-    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(kept, v.c, d));
-}
-
-SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
-}
-
-#endif
-
-/* ======== >>lanes_project  (src/lanes_project.h) =============================================================== */
-/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
-   offset: from the particle to the row's first voxel. */
-
-#if SPRINGLS__LANES
-
-static const float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-
-SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
-{
-    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
-}
-
-SPRINGLS__FN void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec best = springls__vec_load(sums->nearest2 + i);
-        springls__vmask nearer = d2 < best;
-        if (!springls__vmask_any(nearer)) continue;
-        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
-        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
-        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
-    }
-}
-
-SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
-{
-    float *at = &sums->sum[member][i];
-    springls__vec_store(at, springls__vec_load(at) + value);
-}
-
-SPRINGLS__FN void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
-    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
-    springls__vec zero = springls__vec_all(0.0f);
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
-        if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
-              + springls__vec_load(sums->facing[2] + i) * s.n.z;
-        w = w * w;
-        w = springls__vec_select(along > 0.4f, w * w, zero);
-        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
-        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
-    }
-}
-
-SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
-{
-    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
-}
-
-/* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v;
-        springls__vec sum, nearest;
-        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
-        if (!springls__vmask_any(doubtful)) {
-            springls__vec_store(out + i, springls__vec_load(phi + i));
-            continue;
-        }
-        v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
-            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
-        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
-                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
-                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
-        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
-        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
-        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
-    }
-}
-
-/* springls__without_speck; true when there was one. */
-SPRINGLS__FN bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
-        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vmask_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-#endif
-
 /* ======== >>lanes_relax  (src/lanes_relax.h) =================================================================== */
 /* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, springls__vec x)
 {
@@ -5658,7 +5741,7 @@ SPRINGLS__RANGE(relax)
 /* ======== >>lanes_advect  (src/lanes_advect.h) ================================================================= */
 /* lanes_advect.h - springls__deformation_velocity of kernels_embed/advect.h for a few points at a time. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 /* All points but the last few; returns how many. */
 SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
@@ -5741,6 +5824,14 @@ SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error, ctx->lost ? ", the model is lost" : "");
     return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
 }
+
+/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
+#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
+    do {                                                                                                    \
+        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE;                      \
+        if (springls__there != SPRINGLS_DEVICE) return springls__there;                                     \
+        if ((ctx)->on_device) SPRINGLS__TRY(springls__leave_backend(ctx));                                  \
+    } while (0)
 
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
@@ -5867,6 +5958,10 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 {
     const uint8_t *flags;
     int i, n = 0;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, (int)array, count, value, &n) == SPRINGLS_OK) return n;
+        springls__leave_backend(ctx);
+    }
     if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
     flags = (const uint8_t *)ctx->memory[array].data;
     for (i = 0; i < count; i++) n += flags[i] == value;
@@ -5876,10 +5971,15 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 /* The largest of the first `count` floats of a scratch, 0 or more. */
 SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
 {
-    const float *values = (const float *)ctx->model.scratch[scratch];
+    const float *values;
     float largest = 0.0f;
     int i;
+    if (ctx->on_device) {
+        if (ctx->backend->largest(ctx, scratch, count, &largest) == SPRINGLS_OK) return largest;
+        springls__leave_backend(ctx);
+    }
     if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
+    values = (const float *)ctx->model.scratch[scratch];
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
@@ -5890,6 +5990,7 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
@@ -5990,6 +6091,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++) {
         char *data = (char *)ctx->memory[array].data;
@@ -6047,13 +6149,13 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
 }
 
-/* The constant bricks of a field. */
-SPRINGLS__FN void springls__fill_constant(springls_context *ctx, springls__array field, float outside, float inside)
+/* The constant bricks of omega. */
+SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
-    float *values = (float *)ctx->memory[field].data;
-    if (springls__to_host(ctx, 0, (uint64_t)1 << field) != SPRINGLS_OK) return;
-    springls__fill(values, SPRINGLS__OUTSIDE, outside);
-    springls__fill(values, SPRINGLS__INSIDE, inside);
+    springls__job job = springls__no_job();
+    job.f[0] = outside;
+    job.f[1] = inside;
+    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, job);
 }
 
 /* Room for `slots` slots. */
@@ -6215,6 +6317,12 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     uint32_t running = 0;
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cells_build(ctx);
+        ctx->cells_fresh = status == SPRINGLS_OK;
+        if (status != SPRINGLS_DEVICE) return status;
+        SPRINGLS__TRY(springls__leave_backend(ctx));
+    }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
@@ -6252,6 +6360,7 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
     SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
@@ -6998,6 +7107,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     springls__grid *g = &ctx->model.grid;
     springls__cells *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
@@ -7030,14 +7140,9 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    bool unknown = false;
-    int i;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(OMEGA)));
-    for (i = 0; i < g->active_count; i++) {
-        if (!ctx->omega_fresh) g->omega[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS] = -1.0f;
-        unknown = unknown || springls__omega_unknown(g, g->active[i]);
-    }
-    if (unknown) {
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
+    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
         springls__run(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
@@ -7101,10 +7206,12 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
+    ctx->cells_fresh = false; /* they live in the bricks */
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
@@ -7123,7 +7230,6 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
         }
     }
     springls__grid_drop_bricks(g, keep);
-    ctx->cells_fresh = false; /* they live in the bricks */
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
@@ -7154,14 +7260,14 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     int i;
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) == 0) return;
-    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, g->far_value, -g->far_value);
+    springls__omega_constant(ctx, g->far_value, -g->far_value);
     for (i = 0; i < voxels; i++) {
         springls__job job = springls__job_of(i == voxels - 1);
         job.f[0] = i == voxels - 1 ? 0.0f : sure;
         springls__run(ctx, SPRINGLS__KERNEL_settle, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
-    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, ctx->model.params.capture, ctx->model.params.capture);
+    springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
     ctx->omega_fresh = false;
 }
 
@@ -11108,6 +11214,11 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cells cells;\n",
     "    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */\n",
     "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */\n",
+    "    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */\n",
+    "    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */\n",
+    "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
+    "    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */\n",
+    "    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */\n",
     "    springls_params params;\n",
     "} springls__model;\n",
     "\n",
@@ -11125,7 +11236,20 @@ static const char *const springls__kernel_lines[] = {
     "    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \\\n",
     "    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \\\n",
     "    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \\\n",
-    "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])\n",
+    "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \\\n",
+    "    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \\\n",
+    "    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)\n",
+    "\n",
+    "/* All of a springl, on its way to another place. */\n",
+    "typedef struct springls__packed {\n",
+    "    springls__springl s;\n",
+    "    springls__v3 a, was;\n",
+    "    uint32_t id, generation;\n",
+    "    int32_t part;\n",
+    "    float phi;\n",
+    "    uint32_t mask, edge;\n",
+    "} springls__packed;\n",
+    "#define SPRINGLS__PACKED_WORDS 28\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
@@ -11242,7 +11366,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1428 \"springls.h\"\n",
+    "#line 1446 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11482,7 +11606,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1669 \"springls.h\"\n",
+    "#line 1687 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -11596,7 +11720,21 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);\n",
     "}\n",
-    "#line 1784 \"springls.h\"\n",
+    "\n",
+    "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
+    "SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];\n",
+    "}\n",
+    "\n",
+    "/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */\n",
+    "SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int slot = model->grid.active[i];\n",
+    "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
+    "}\n",
+    "#line 1816 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -11714,7 +11852,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1903 \"springls.h\"\n",
+    "#line 1935 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -11776,7 +11914,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 1966 \"springls.h\"\n",
+    "#line 1998 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -11809,7 +11947,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 2000 \"springls.h\"\n",
+    "#line 2032 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -11973,7 +12111,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2165 \"springls.h\"\n",
+    "#line 2197 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -11999,7 +12137,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2224 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12068,7 +12206,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2262 \"springls.h\"\n",
+    "#line 2294 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -12119,7 +12257,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2314 \"springls.h\"\n",
+    "#line 2346 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -12293,7 +12431,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2489 \"springls.h\"\n",
+    "#line 2521 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -12414,7 +12552,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2611 \"springls.h\"\n",
+    "#line 2643 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -12547,7 +12685,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2745 \"springls.h\"\n",
+    "#line 2777 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -12952,7 +13090,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3151 \"springls.h\"\n",
+    "#line 3183 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13046,7 +13184,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3246 \"springls.h\"\n",
+    "#line 3278 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -13145,7 +13283,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3346 \"springls.h\"\n",
+    "#line 3378 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -13155,7 +13293,7 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 3357 \"springls.h\"\n",
+    "#line 3389 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -13214,7 +13352,7 @@ static const char *const springls__kernel_lines[] = {
     "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
     "            }\n",
     "}\n",
-    "#line 3417 \"springls.h\"\n",
+    "#line 3449 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -13309,7 +13447,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3513 \"springls.h\"\n",
+    "#line 3545 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -13430,7 +13568,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 3635 \"springls.h\"\n",
+    "#line 3667 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -13706,7 +13844,7 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "}\n",
-    "#line 3912 \"springls.h\"\n",
+    "#line 3944 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -13884,7 +14022,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4091 \"springls.h\"\n",
+    "#line 4123 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14009,7 +14147,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4217 \"springls.h\"\n",
+    "#line 4249 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14104,54 +14242,593 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4313 \"springls.h\"\n",
-    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
-    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
-    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "#line 4345 \"springls.h\"\n",
+    "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
+    "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
+    "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
     "\n",
-    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
-    "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
-    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
-    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
-    "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
-    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \\\n",
-    "    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \\\n",
-    "    X(reshape, 256, SPRINGLS__BIT(S))                                                               \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \\\n",
-    "    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \\\n",
-    "    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \\\n",
-    "    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \\\n",
-    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \\\n",
-    "    X(track, 256, SPRINGLS__BIT(A))                                                                 \\\n",
-    "    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \\\n",
-    "    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \\\n",
-    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \\\n",
-    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \\\n",
-    "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
-    "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
-    "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
-    "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
-    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
-    "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
-    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
-    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
-    "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
-    "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
-    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
-    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
-    "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
-    "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
-    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
-    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
-    "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
-    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "#if defined(__OPENCL_VERSION__)\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__LANE static inline\n",
+    "typedef float8 springls__vec;\n",
+    "typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */\n",
+    "#define springls__vec_load(from) vload8(0, from)\n",
+    "#define springls__vec_store(to, v) vstore8(v, 0, to)\n",
+    "#define springls__vec_all(x) ((float8)(x))\n",
+    "#define springls__vec_select(where, yes, no) select(no, yes, where)\n",
+    "#define springls__vec_min(a, b) springls__vec_lesser(a, b)\n",
+    "#define springls__vec_max(a, b) springls__vec_greater(a, b)\n",
+    "#define springls__vec_abs(x) fabs(x)\n",
+    "#define springls__vec_sqrt(x) sqrt(x)\n",
+    "#define springls__vec_of_ints(k) convert_float8(k)\n",
+    "#define springls__vec_to_ints(x) convert_int8(x)\n",
+    "#define springls__vec_of_bits(bits) as_float8(bits)\n",
+    "#define springls__vmask_any(where) any(where)\n",
+    "static inline springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
+    "static inline springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
     "\n",
-    "/* Those whose loop is in lanes_*.h. */\n",
-    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
-    "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
-    "#line 4574 \"springls.h\"\n",
+    "#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)\n",
+    "#if defined(__AVX2__)\n",
+    "#include <immintrin.h>\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps\n",
+    "typedef __m256 springls__simd;\n",
+    "#else\n",
+    "#define SPRINGLS__LANES 4\n",
+    "#if defined(__SSE2__)\n",
+    "#include <emmintrin.h>\n",
+    "#define SPRINGLS__SIMD(operation) _mm_##operation##_ps\n",
+    "typedef __m128 springls__simd;\n",
+    "#endif\n",
+    "#endif\n",
+    "\n",
+    "#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline\n",
+    "\n",
+    "typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));\n",
+    "typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */\n",
+    "typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));\n",
+    "\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_all(float x)\n",
+    "{\n",
+    "    springls__vec v = { 0 };\n",
+    "    return x - v; /* x + 0 would lose the sign of -0 */\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)\n",
+    "{\n",
+    "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
+    "}\n",
+    "\n",
+    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a < b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a > b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)\n",
+    "{\n",
+    "    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);\n",
+    "    return (springls__vec)((springls__vmask)x & ~sign);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);\n",
+    "#else\n",
+    "    springls__vec r = x;\n",
+    "    int i;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);\n",
+    "    return r;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;\n",
+    "#else\n",
+    "    int i, any = 0;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];\n",
+    "    return any != 0;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)\n",
+    "#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)\n",
+    "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
+    "#endif\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)\n",
+    "{\n",
+    "    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));\n",
+    "}\n",
+    "\n",
+    "/* x rounded down, for |x| < 2^31. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)\n",
+    "{\n",
+    "    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));\n",
+    "    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)\n",
+    "{\n",
+    "    springls__vec3 r;\n",
+    "    r.x = springls__vec_all(v.x);\n",
+    "    r.y = springls__vec_all(v.y);\n",
+    "    r.z = springls__vec_all(v.z);\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    a.x += b.x;\n",
+    "    a.y += b.y;\n",
+    "    a.z += b.z;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    a.x -= b.x;\n",
+    "    a.y -= b.y;\n",
+    "    a.z -= b.z;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)\n",
+    "{\n",
+    "    a.x *= s;\n",
+    "    a.y *= s;\n",
+    "    a.z *= s;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "/* a + s b */\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)\n",
+    "{\n",
+    "    a.x += b.x * s;\n",
+    "    a.y += b.y * s;\n",
+    "    a.z += b.z * s;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    springls__vec3 r;\n",
+    "    r.x = a.y * b.z - a.z * b.y;\n",
+    "    r.y = a.z * b.x - a.x * b.z;\n",
+    "    r.z = a.x * b.y - a.y * b.x;\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)\n",
+    "{\n",
+    "    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);\n",
+    "    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);\n",
+    "    springls__vmask some = l2 > springls__vec_all(1e-30f);\n",
+    "    a = springls__vec3_scale(a, s);\n",
+    "    a.x = springls__vec_select(some, a.x, zero);\n",
+    "    a.y = springls__vec_select(some, a.y, zero);\n",
+    "    a.z = springls__vec_select(some, a.z, zero);\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "/* 2^k for whole k in [-126, 127]. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)\n",
+    "{\n",
+    "    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)\n",
+    "{\n",
+    "    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);\n",
+    "    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
+    "    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
+    "                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
+    "    return e * springls__vec_power2(k);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)\n",
+    "{\n",
+    "    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);\n",
+    "    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));\n",
+    "    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));\n",
+    "    t = springls__vec_select(x < 0.0f, -t, t);\n",
+    "    return springls__vec_select(a < 0.25f, series, t);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)\n",
+    "{\n",
+    "    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
+    "                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
+    "    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)\n",
+    "{\n",
+    "    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);\n",
+    "    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);\n",
+    "    d = springls__vec3_mad(d, along, -s);\n",
+    "    return springls__vec3_dot(d, d);\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4586 \"springls.h\"\n",
+    "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
+    "{\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    springls__vec3 at;\n",
+    "    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);\n",
+    "    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];\n",
+    "    int e, m;\n",
+    "    at.x = springls__vec_load(x);\n",
+    "    at.y = springls__vec_load(y);\n",
+    "    at.z = springls__vec_load(z);\n",
+    "    for (e = 0; e < 3; e++) {\n",
+    "        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
+    "        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);\n",
+    "        springls__vmask nearer = d < best;\n",
+    "        best = springls__vec_select(nearer, d, best);\n",
+    "        found = springls__vec_select(nearer, springls__vec_all((float)e), found);\n",
+    "    }\n",
+    "    springls__vec_store(d2s, best);\n",
+    "    springls__vec_store(edges, found);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        d2[m] = d2s[m];\n",
+    "        edge[m] = (int)edges[m];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4618 \"springls.h\"\n",
+    "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "/* springls__tri_distance2 at x, x + (1, 0, 0), ... */\n",
+    "SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)\n",
+    "{\n",
+    "    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));\n",
+    "    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));\n",
+    "    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));\n",
+    "    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);\n",
+    "    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),\n",
+    "                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),\n",
+    "                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));\n",
+    "    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
+    "                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
+    "                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
+    "    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;\n",
+    "}\n",
+    "\n",
+    "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "{\n",
+    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec best = springls__vec_load(row + i), within = best + reach;\n",
+    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
+    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
+    "        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;\n",
+    "        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));\n",
+    "        springls__vec_store(row + i, best);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
+    "   sphere is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
+    "                                     SPRINGLS__GLOBAL const float *omega, float *side)\n",
+    "{\n",
+    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;\n",
+    "        springls__vmask counts;\n",
+    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
+    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
+    "        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);\n",
+    "        if (!springls__vmask_any(counts)) continue;\n",
+    "        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;\n",
+    "        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));\n",
+    "        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + height);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)\n",
+    "{\n",
+    "    springls__vec_cross7 v;\n",
+    "    v.c = springls__vec_load(t);\n",
+    "    v.xm = springls__vec_load(t - 1);\n",
+    "    v.xp = springls__vec_load(t + 1);\n",
+    "    v.ym = springls__vec_load(t - SPRINGLS__TILE);\n",
+    "    v.yp = springls__vec_load(t + SPRINGLS__TILE);\n",
+    "    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);\n",
+    "    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "/* f times the upwind difference of phi */\n",
+    "SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
+    "}\n",
+    "\n",
+    "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
+    "SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
+    "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
+    "    springls__vec change;\n",
+    "    if (!springls__vmask_any(inside)) {\n",
+    "        springls__vec_store(out, v.c);\n",
+    "        return;\n",
+    "    }\n",
+    "    o = springls__tile_cross_lanes(omega);\n",
+    "    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)\n",
+    "           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)\n",
+    "           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);\n",
+    "    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
+    "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
+    "    springls__vmask inside = v.c < 0.0f;\n",
+    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    springls__vec flat = springls__vec_abs(0.5f * (p - m));\n",
+    "    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));\n",
+    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
+    "    return slope * slope;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
+    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;\n",
+    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);\n",
+    "    return v.c / (1.0f + share * excess);\n",
+    "}\n",
+    "\n",
+    "/* Is one of the 26 neighbours on the other side? */\n",
+    "SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)\n",
+    "{\n",
+    "    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;\n",
+    "    springls__vmask inside = c < 0.0f;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 27; i++) {\n",
+    "        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        lo = springls__vec_min(lo, v);\n",
+    "        hi = springls__vec_max(hi, v);\n",
+    "    }\n",
+    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
+    "}\n",
+    "\n",
+    "/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */\n",
+    "SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
+    "    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;\n",
+    "    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;\n",
+    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "    if (springls__vmask_any(crossed | edge)) {\n",
+    "        own = springls__interface_distance_lanes(v);\n",
+    "        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);\n",
+    "        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));\n",
+    "        d = springls__vec_select(crossed, own, d);\n",
+    "    }\n",
+    "    springls__vec_store(out, d);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)\n",
+    "{\n",
+    "    const springls__vec zero = springls__vec_all(0.0f);\n",
+    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
+    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
+    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
+    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
+    "    sum = a + b + c;\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    d = springls__vec_select(one > b, two, one);\n",
+    "    return springls__vec_select(d > c, three, d);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
+    "    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));\n",
+    "    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));\n",
+    "    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));\n",
+    "    springls__vec d = springls__vec_all(far_value);\n",
+    "    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);\n",
+    "    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));\n",
+    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
+    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4826 \"springls.h\"\n",
+    "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
+    "   offset: from the particle to the row's first voxel. */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "\n",
+    "SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)\n",
+    "{\n",
+    "    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
+    "        springls__vec best = springls__vec_load(sums->nearest2 + i);\n",
+    "        springls__vmask nearer = d2 < best;\n",
+    "        if (!springls__vmask_any(nearer)) continue;\n",
+    "        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));\n",
+    "        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);\n",
+    "        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);\n",
+    "        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)\n",
+    "{\n",
+    "    float *at = &sums->sum[member][i];\n",
+    "    springls__vec_store(at, springls__vec_load(at) + value);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
+    "    springls__vec zero = springls__vec_all(0.0f);\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
+    "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
+    "        if (!springls__vmask_any(w > zero)) continue;\n",
+    "        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y\n",
+    "              + springls__vec_load(sums->facing[2] + i) * s.n.z;\n",
+    "        w = w * w;\n",
+    "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)\n",
+    "{\n",
+    "    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);\n",
+    "}\n",
+    "\n",
+    "/* springls__settled; phi points into a tile. */\n",
+    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec_cross7 v;\n",
+    "        springls__vec sum, nearest;\n",
+    "        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;\n",
+    "        if (!springls__vmask_any(doubtful)) {\n",
+    "            springls__vec_store(out + i, springls__vec_load(phi + i));\n",
+    "            continue;\n",
+    "        }\n",
+    "        v = springls__tile_cross_lanes(phi + i);\n",
+    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)\n",
+    "            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
+    "        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),\n",
+    "                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),\n",
+    "                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));\n",
+    "        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));\n",
+    "        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);\n",
+    "        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* springls__without_speck; true when there was one. */\n",
+    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);\n",
+    "        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
+    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
+    "        some = some || springls__vmask_any(bubble | crumb);\n",
+    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4935 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -14287,7 +14964,472 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 14291 \"springls.h\"\n",
+    "#line 5072 \"springls.h\"\n",
+    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
+    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
+    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "\n",
+    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
+    "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
+    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
+    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
+    "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
+    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \\\n",
+    "    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \\\n",
+    "    X(reshape, 256, SPRINGLS__BIT(S))                                                               \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \\\n",
+    "    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \\\n",
+    "    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \\\n",
+    "    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \\\n",
+    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \\\n",
+    "    X(track, 256, SPRINGLS__BIT(A))                                                                 \\\n",
+    "    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \\\n",
+    "    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \\\n",
+    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \\\n",
+    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \\\n",
+    "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
+    "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
+    "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
+    "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
+    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
+    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
+    "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
+    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
+    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
+    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
+    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
+    "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
+    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
+    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
+    "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
+    "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
+    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
+    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
+    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "\n",
+    "/* Those whose loop is in lanes_*.h. */\n",
+    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
+    "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
+    "\n",
+    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,\n",
+    "   and elements that a core of a processor takes at once. */\n",
+    "#define SPRINGLS__COLLECTIVES(X)                                                                      \\\n",
+    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \\\n",
+    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \\\n",
+    "    X(counts_clear, 16)                                                                               \\\n",
+    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
+    "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
+    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
+    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \\\n",
+    "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
+    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)\n",
+    "#line 15030 \"springls.h\"\n",
+    "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
+    "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
+    "\n",
+    "#define SPRINGLS__ATOMIC(pointer) ((volatile __global uint *)(pointer))\n",
+    "\n",
+    "/* ---- chunks: job.i[1] elements each, of job.i[2] in all ---- */\n",
+    "\n",
+    "static int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }\n",
+    "static int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }\n",
+    "\n",
+    "/* The array of numbers number `which`: scratches, then near_first. */\n",
+    "static __global uint *springls__numbers(const springls__model *model, int which)\n",
+    "{\n",
+    "    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.near_first;\n",
+    "}\n",
+    "\n",
+    "/* The array of bytes number `which`: scratches, then edge. */\n",
+    "static __global const uchar *springls__bytes(const springls__model *model, int which)\n",
+    "{\n",
+    "    return which < SPRINGLS__SCRATCHES ? (__global const uchar *)model->scratch[which] : model->set.edge;\n",
+    "}\n",
+    "\n",
+    "static void springls__scan_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const uint *numbers = springls__numbers(model, job.i[0]);\n",
+    "    uint sum = 0;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += numbers[k];\n",
+    "    model->sums[i] = sum;\n",
+    "}\n",
+    "\n",
+    "/* The first job.i[3] sums become those of the chunks before; the sum of all to counts[0]. */\n",
+    "static void springls__scan_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint sum = 0, one;\n",
+    "    int k;\n",
+    "    for (k = 0; k < job.i[3]; k++) {\n",
+    "        one = model->sums[k];\n",
+    "        model->sums[k] = sum;\n",
+    "        sum += one;\n",
+    "    }\n",
+    "    model->counts[i] = sum;\n",
+    "}\n",
+    "\n",
+    "static void springls__scan_apply_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global uint *numbers = springls__numbers(model, job.i[0]);\n",
+    "    uint sum = model->sums[i], one;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) {\n",
+    "        one = numbers[k];\n",
+    "        numbers[k] = sum;\n",
+    "        sum += one;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* How many bytes are job.f[0]. */\n",
+    "static void springls__count_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const uchar *bytes = springls__bytes(model, job.i[0]);\n",
+    "    uint sum = 0;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) sum += bytes[k] == (uchar)job.f[0] ? 1u : 0u;\n",
+    "    model->sums[i] = sum;\n",
+    "}\n",
+    "\n",
+    "static void springls__largest_chunk_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const float *values = (__global const float *)model->scratch[job.i[0]];\n",
+    "    float largest = 0.0f;\n",
+    "    int k;\n",
+    "    for (k = springls__chunk_begin(job, i); k < springls__chunk_end(job, i); k++) largest = springls__max(largest, values[k]);\n",
+    "    ((__global float *)model->sums)[i] = largest;\n",
+    "}\n",
+    "\n",
+    "static void springls__largest_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    float largest = 0.0f;\n",
+    "    int k;\n",
+    "    for (k = 0; k < job.i[3]; k++) largest = springls__max(largest, ((__global const float *)model->sums)[k]);\n",
+    "    ((__global float *)model->counts)[i] = largest;\n",
+    "}\n",
+    "\n",
+    "static void springls__counts_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    model->counts[i] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* ---- springls by cells (section 4.8) ---- */\n",
+    "\n",
+    "static void springls__cells_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    int c;\n",
+    "    (void)job;\n",
+    "    for (c = 0; c < SPRINGLS__CELLS; c++) cell[c] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* counts: of missing bricks, the largest reach, of large springls. */\n",
+    "static void springls__cells_count_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint key = model->cells.key[i];\n",
+    "    (void)job;\n",
+    "    if (key == SPRINGLS__MISSING_KEY) {\n",
+    "        atomic_inc(SPRINGLS__ATOMIC(model->counts));\n",
+    "    } else if (key == SPRINGLS__LARGE_KEY) {\n",
+    "        atomic_inc(SPRINGLS__ATOMIC(model->counts + 2));\n",
+    "    } else {\n",
+    "        atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));\n",
+    "        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].reach)); /* floats above 0 are ordered as their bits are */\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Entry c + 1 becomes where cell c starts, counted in the brick; how many it has goes to SCRATCH0. */\n",
+    "static void springls__cells_prefix_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    uint sum = 0, one;\n",
+    "    int c;\n",
+    "    (void)job;\n",
+    "    for (c = 1; c < SPRINGLS__CELLS; c++) {\n",
+    "        one = cell[c];\n",
+    "        cell[c] = sum;\n",
+    "        sum += one;\n",
+    "    }\n",
+    "    ((__global uint *)model->scratch[0])[i] = sum;\n",
+    "}\n",
+    "\n",
+    "static void springls__cells_base_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    uint base = ((__global const uint *)model->scratch[0])[i];\n",
+    "    int c;\n",
+    "    (void)job;\n",
+    "    cell[0] = base;\n",
+    "    for (c = 1; c < SPRINGLS__CELLS; c++) cell[c] += base;\n",
+    "}\n",
+    "\n",
+    "/* Entry c + 1 moves on to where cell c ends. */\n",
+    "static void springls__cells_scatter_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint key = model->cells.key[i];\n",
+    "    (void)job;\n",
+    "    if (key != SPRINGLS__LARGE_KEY) model->cells.ids[atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key))] = (uint)i;\n",
+    "}\n",
+    "\n",
+    "/* Ascending, by gaps that shrink. */\n",
+    "static void springls__sort(__global uint *ids, uint count)\n",
+    "{\n",
+    "    uint gap = 1, i, k, id;\n",
+    "    while (gap < count / 3u) gap = 3u * gap + 1u;\n",
+    "    for (; gap > 0u; gap /= 3u)\n",
+    "        for (i = gap; i < count; i++) {\n",
+    "            id = ids[i];\n",
+    "            for (k = i; k >= gap && ids[k - gap] > id; k -= gap) ids[k] = ids[k - gap];\n",
+    "            ids[k] = id;\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "static void springls__cells_sort_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const uint *cell = model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS;\n",
+    "    int c;\n",
+    "    (void)job;\n",
+    "    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);\n",
+    "}\n",
+    "\n",
+    "static void springls__large_flag_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((__global uint *)model->scratch[0])[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "static void springls__large_scatter_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[((__global const uint *)model->scratch[0])[i]] = (uint)i;\n",
+    "}\n",
+    "\n",
+    "/* ---- bricks: those flagged are to be active ---- */\n",
+    "\n",
+    "/* job.i[0]: those that are stay so. */\n",
+    "static void springls__bricks_begin_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    model->brick_flag[i] = job.i[0] && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "static void springls__mark(const springls__model *model, int x, int y, int z)\n",
+    "{\n",
+    "    atomic_or(SPRINGLS__ATOMIC(model->brick_flag + springls__brick_at(&model->grid, x, y, z)), 1u);\n",
+    "}\n",
+    "\n",
+    "/* Bricks that particles have come to. */\n",
+    "static void springls__mark_missing_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__v3 p = model->set.s[i].p;\n",
+    "    (void)job;\n",
+    "    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;\n",
+    "    springls__mark(model, springls__cell_coordinate(p.x, model->grid.size[0]), springls__cell_coordinate(p.y, model->grid.size[1]),\n",
+    "                   springls__cell_coordinate(p.z, model->grid.size[2]));\n",
+    "}\n",
+    "\n",
+    "static void springls__mark_reach(const springls__model *model, const int origin[3], uint reach)\n",
+    "{\n",
+    "    int d, at[3];\n",
+    "    for (d = 0; d < 27 && reach; d++)\n",
+    "        if ((reach >> d & 1u) && springls__brick_around(&model->grid, origin, d, at)) springls__mark(model, at[0], at[1], at[2]);\n",
+    "}\n",
+    "\n",
+    "/* Bricks within one cell of the particles of an active brick, or of a large springl. */\n",
+    "static void springls__mark_around_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    springls__v3 p;\n",
+    "    (void)job;\n",
+    "    if (i < model->grid.active_count) {\n",
+    "        springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
+    "        springls__mark_reach(model, origin, springls__cells_reach(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));\n",
+    "        return;\n",
+    "    }\n",
+    "    p = model->set.s[model->cells.large[i - model->grid.active_count]].p;\n",
+    "    origin[0] = springls__cell_coordinate(p.x, model->grid.size[0]) & ~7;\n",
+    "    origin[1] = springls__cell_coordinate(p.y, model->grid.size[1]) & ~7;\n",
+    "    origin[2] = springls__cell_coordinate(p.z, model->grid.size[2]) & ~7;\n",
+    "    springls__mark_reach(model, origin, 0x7ffffffu);\n",
+    "}\n",
+    "\n",
+    "/* Bricks that the band of an active one reaches (SCRATCH0). */\n",
+    "static void springls__mark_band_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    (void)job;\n",
+    "    springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
+    "    springls__mark_reach(model, origin, ((__global const uint *)model->scratch[0])[i]);\n",
+    "}\n",
+    "\n",
+    "/* Chunks of all bricks: sums of those that go, come, and are active then. */\n",
+    "static void springls__bricks_count_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint gone = 0, come = 0, active = 0;\n",
+    "    int b;\n",
+    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
+    "        int there = model->grid.top[b] >= SPRINGLS__FIRST_SLOT, wanted = model->brick_flag[b] != 0u;\n",
+    "        gone += there && !wanted ? 1u : 0u;\n",
+    "        come += wanted && !there ? 1u : 0u;\n",
+    "        active += wanted ? 1u : 0u;\n",
+    "    }\n",
+    "    model->sums[3 * i] = gone;\n",
+    "    model->sums[3 * i + 1] = come;\n",
+    "    model->sums[3 * i + 2] = active;\n",
+    "}\n",
+    "\n",
+    "/* One of the three (i): sums of the chunks before; of all to counts[i]. */\n",
+    "static void springls__bricks_sums_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint sum = 0, one;\n",
+    "    int k;\n",
+    "    for (k = 0; k < job.i[3]; k++) {\n",
+    "        one = model->sums[3 * k + i];\n",
+    "        model->sums[3 * k + i] = sum;\n",
+    "        sum += one;\n",
+    "    }\n",
+    "    model->counts[i] = sum;\n",
+    "}\n",
+    "\n",
+    "static void springls__bricks_drop_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint place = (uint)model->grid.free_count + model->sums[3 * i];\n",
+    "    int b, slot;\n",
+    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
+    "        slot = model->grid.top[b];\n",
+    "        if (slot < SPRINGLS__FIRST_SLOT || model->brick_flag[b]) continue;\n",
+    "        model->grid.top[b] = model->grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
+    "        model->grid.slot_brick[slot] = -1;\n",
+    "        model->grid.free_slots[place++] = slot;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* A new brick takes a free slot, of the job.i[0] there are now, or one behind all. */\n",
+    "static void springls__bricks_add_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int come = (int)model->sums[3 * i + 1], place = (int)model->sums[3 * i + 2], b, slot;\n",
+    "    for (b = springls__chunk_begin(job, i); b < springls__chunk_end(job, i); b++) {\n",
+    "        if (!model->brick_flag[b]) continue;\n",
+    "        slot = g->top[b];\n",
+    "        if (slot < SPRINGLS__FIRST_SLOT) {\n",
+    "            int inside = slot == SPRINGLS__INSIDE;\n",
+    "            slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];\n",
+    "            model->brick_list[come++] = slot;\n",
+    "            g->slot_brick[slot] = b;\n",
+    "            g->top[b] = slot;\n",
+    "            g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;\n",
+    "        }\n",
+    "        g->active[place++] = slot;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* A new brick goes on with the constant it had. */\n",
+    "static void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    size_t slot = (size_t)model->brick_list[i];\n",
+    "    float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];\n",
+    "    int v;\n",
+    "    (void)job;\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {\n",
+    "        model->grid.phi[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;\n",
+    "        model->grid.phi_next[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = value;\n",
+    "        model->grid.omega[slot * SPRINGLS__BRICK_VOXELS + (size_t)v] = -1.0f; /* unknown */\n",
+    "    }\n",
+    "    for (v = 0; v < SPRINGLS__CELLS; v++) model->grid.cell[slot * SPRINGLS__CELLS + (size_t)v] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* ---- springls by bricks they come near: job.f[0] is the margin ---- */\n",
+    "\n",
+    "static __global uint *springls__near_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }\n",
+    "\n",
+    "static void springls__near_rank_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;\n",
+    "}\n",
+    "\n",
+    "static void springls__near_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    model->cells.near_first[i] = 0u;\n",
+    "}\n",
+    "\n",
+    "/* Counts springl i in every brick that it comes near, or puts it there. */\n",
+    "static void springls__near_visit(const springls__model *model, float margin, int i, int put)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int lo[3], hi[3], x, y, z;\n",
+    "    springls__springl_bricks(g, &model->set.s[i], margin, lo, hi);\n",
+    "    for (z = lo[2]; z <= hi[2]; z++)\n",
+    "        for (y = lo[1]; y <= hi[1]; y++)\n",
+    "            for (x = lo[0]; x <= hi[0]; x++) {\n",
+    "                int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];\n",
+    "                uint rank;\n",
+    "                if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
+    "                rank = ((__global const uint *)model->scratch[0])[slot];\n",
+    "                if (put) model->cells.near_ids[atomic_inc(SPRINGLS__ATOMIC(springls__near_cursor(model) + rank))] = (uint)i;\n",
+    "                else atomic_inc(SPRINGLS__ATOMIC(model->cells.near_first + rank));\n",
+    "            }\n",
+    "}\n",
+    "\n",
+    "static void springls__near_count_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 0); }\n",
+    "static void springls__near_scatter_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 1); }\n",
+    "\n",
+    "static void springls__near_cursor_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    springls__near_cursor(model)[i] = model->cells.near_first[i];\n",
+    "}\n",
+    "\n",
+    "static void springls__near_sort_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    uint first = model->cells.near_first[i];\n",
+    "    (void)job;\n",
+    "    springls__sort(model->cells.near_ids + first, model->cells.near_first[i + 1] - first);\n",
+    "}\n",
+    "\n",
+    "/* ---- springls that stay: those whose byte in SCRATCH1 is not 0 ---- */\n",
+    "\n",
+    "static void springls__compact_flag_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    (void)job;\n",
+    "    ((__global uint *)model->scratch[0])[i] = ((__global const uchar *)model->scratch[1])[i] ? 1u : 0u;\n",
+    "}\n",
+    "\n",
+    "static void springls__compact_out_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global springls__packed *to = (__global springls__packed *)model->spare + ((__global const uint *)model->scratch[0])[i];\n",
+    "    (void)job;\n",
+    "    if (!((__global const uchar *)model->scratch[1])[i]) return;\n",
+    "    to->s = model->set.s[i];\n",
+    "    to->a = model->set.a[i];\n",
+    "    to->was = model->set.was[i];\n",
+    "    to->id = model->set.id[i];\n",
+    "    to->generation = model->set.generation[i];\n",
+    "    to->part = model->set.part[i];\n",
+    "    to->phi = model->set.phi[i];\n",
+    "    to->mask = model->set.mask[i];\n",
+    "    to->edge = model->set.edge[i];\n",
+    "}\n",
+    "\n",
+    "static void springls__compact_in_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    __global const springls__packed *from = (__global const springls__packed *)model->spare + i;\n",
+    "    (void)job;\n",
+    "    model->set.s[i] = from->s;\n",
+    "    model->set.a[i] = from->a;\n",
+    "    model->set.was[i] = from->was;\n",
+    "    model->set.id[i] = from->id;\n",
+    "    model->set.generation[i] = from->generation;\n",
+    "    model->set.part[i] = from->part;\n",
+    "    model->set.phi[i] = from->phi;\n",
+    "    model->set.mask[i] = (uchar)from->mask;\n",
+    "    model->set.edge[i] = (uchar)from->edge;\n",
+    "}\n",
+    "#line 15433 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
@@ -14308,6 +15450,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)\n",
+    "\n",
+    "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
+    "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",
     ""   /* counts as no line: it is here so that the list is never empty */
 };
 
@@ -14421,7 +15566,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, params->capture, params->capture);
+    springls__omega_constant(ctx, params->capture, params->capture);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__told(ctx, SPRINGLS_OK);
 }

@@ -127,6 +127,23 @@ __declspec(dllimport) int __stdcall FreeLibrary(void *);
     X(EnqueueCopyBuffer, cl_int, (cl_command_queue, cl_mem, cl_mem, size_t, size_t, size_t, cl_uint, const cl_event *, cl_event *)) \
     X(Finish, cl_int, (cl_command_queue))
 
+typedef enum springls__collective {
+#define SPRINGLS__COLLECTIVE_NUMBER(name, task) SPRINGLS__COLLECTIVE_##name,
+    SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_NUMBER)
+#undef SPRINGLS__COLLECTIVE_NUMBER
+    SPRINGLS__COLLECTIVE_COUNT
+} springls__collective;
+
+#define SPRINGLS__CL_CHUNKS 1024 /* at most, that a list is made of */
+
+typedef struct springls__collective_facts { const char *name; int grain; } springls__collective_facts;
+
+static const springls__collective_facts springls__collectives[] = {
+#define SPRINGLS__COLLECTIVE_FACTS(name, task) { #name, task },
+    SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_FACTS)
+#undef SPRINGLS__COLLECTIVE_FACTS
+};
+
 typedef struct springls__cl {
     springls_backend base;  /* first: a backend is a springls__cl                                               */
     springls_logger logger;
@@ -135,7 +152,7 @@ typedef struct springls__cl {
     cl_device_id device;
     cl_command_queue queue;
     cl_program program;
-    cl_kernel kernels[SPRINGLS__KERNEL_COUNT];
+    cl_kernel kernels[SPRINGLS__KERNEL_COUNT + SPRINGLS__COLLECTIVE_COUNT]; /* those of the table, then collectives   */
     springls_cl_counts counts;
     bool exact, gpu;
     char device_name[256];
@@ -233,16 +250,249 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
 }
 
 /* A core takes as many elements as a task of the scalar backend has, a GPU's work item one. */
-SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__job job)
+SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count, springls__job job)
 {
     springls__cl *cl = springls__cl_of(ctx);
-    const springls__kernel_facts *facts = &springls__kernels[kernel];
-    int grain = cl->gpu ? 1 : facts->grain;
-    size_t items = ((size_t)count + (size_t)grain - 1) / (size_t)grain, one = 1;
-    SPRINGLS__TRY(springls__cl_check(ctx, springls__cl_arguments(cl, cl->kernels[kernel], ctx, job, count, grain), facts->name));
+    size_t items, one = 1;
+    if (cl->gpu) grain = 1;
+    items = ((size_t)count + (size_t)grain - 1) / (size_t)grain;
+    SPRINGLS__TRY(springls__cl_check(ctx, springls__cl_arguments(cl, kernel, ctx, job, count, grain), name));
     cl->counts.kernels++;
-    return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, cl->kernels[kernel], 1, NULL, &items, cl->gpu ? NULL : &one, 0, NULL, NULL),
-                              facts->name);
+    return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, cl->gpu ? NULL : &one, 0, NULL, NULL), name);
+}
+
+SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__job job)
+{
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], springls__kernels[kernel].name, springls__kernels[kernel].grain, count, job);
+}
+
+/* ---- collectives: sequences of the kernels of collect.cl ---- */
+
+SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count, springls__job job)
+{
+    const springls__collective_facts *facts = &springls__collectives[collective];
+    if (count <= 0) return SPRINGLS_OK;
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[SPRINGLS__KERNEL_COUNT + collective], facts->name, facts->grain, count, job);
+}
+
+/* Arrays that collectives are about to use are on the device, as large as they have to be; what they write is only there. */
+SPRINGLS__FN springls_status springls__cl_prepare(springls_context *ctx, uint64_t writes)
+{
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CL_CHUNKS, 0));
+    return springls__to_device(ctx, writes | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS));
+}
+
+/* What collectives have counted: the one place where the host waits for the device. */
+SPRINGLS__FN springls_status springls__cl_counted(springls_context *ctx, int number, uint32_t *counts)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    size_t bytes = (size_t)number * sizeof *counts;
+    cl->counts.downloads++;
+    cl->counts.bytes_down += bytes;
+    return springls__cl_check(ctx, cl->EnqueueReadBuffer(cl->queue, (cl_mem)ctx->memory[SPRINGLS__ARRAY_COUNTS].device, CL_TRUE, 0, bytes, counts,
+                                                         0, NULL, NULL), "counts");
+}
+
+/* Elements in chunks; *chunks: how many there are. */
+SPRINGLS__FN springls__job springls__cl_chunks(int which, int count, int *chunks)
+{
+    springls__job job = springls__job_of(which);
+    job.i[1] = springls__imax((count + SPRINGLS__CL_CHUNKS - 1) / SPRINGLS__CL_CHUNKS, 64);
+    job.i[2] = count;
+    job.i[3] = *chunks = (count + job.i[1] - 1) / job.i[1];
+    return job;
+}
+
+SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, int array, int count, uint8_t value, int *found)
+{
+    int chunks;
+    springls__job job = springls__cl_chunks(array == SPRINGLS__ARRAY_EDGE ? SPRINGLS__SCRATCHES : array - SPRINGLS__ARRAY_SCRATCH0, count, &chunks);
+    uint32_t sum;
+    job.f[0] = (float)value;
+    *found = 0;
+    if (count <= 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cl_prepare(ctx, 0));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_count_chunk, chunks, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, job));
+    SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
+    *found = (int)sum;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, int scratch, int count, float *largest)
+{
+    int chunks;
+    springls__job job = springls__cl_chunks(scratch, count, &chunks);
+    uint32_t bits;
+    if (count <= 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cl_prepare(ctx, 0));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_chunk, chunks, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_sums, 1, job));
+    SPRINGLS__TRY(springls__cl_counted(ctx, 1, &bits));
+    memcpy(largest, &bits, sizeof bits);
+    return SPRINGLS_OK;
+}
+
+/* The sums of numbers that are on the device, by chunks; the sum of all stays in counts[0]. */
+SPRINGLS__FN springls_status springls__cl_sums(springls_context *ctx, int which, int count)
+{
+    int chunks;
+    springls__job job = springls__cl_chunks(which, count, &chunks);
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_chunk, chunks, job));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, job);
+}
+
+/* ... make a scan. */
+SPRINGLS__FN springls_status springls__cl_apply(springls_context *ctx, int which, int count)
+{
+    int chunks;
+    springls__job job = springls__cl_chunks(which, count, &chunks);
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_apply, chunks, job);
+}
+
+SPRINGLS__FN springls_status springls__cl_prefix(springls_context *ctx, int which, int count)
+{
+    SPRINGLS__TRY(springls__cl_sums(ctx, which, count));
+    return springls__cl_apply(ctx, which, count);
+}
+
+SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, int scratch, int count, int *total)
+{
+    uint32_t sum;
+    *total = 0;
+    if (count <= 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(SCRATCH0) << scratch));
+    SPRINGLS__TRY(springls__cl_sums(ctx, scratch, count));
+    SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
+    SPRINGLS__TRY(springls__cl_apply(ctx, scratch, count)); /* the last: what fails before it has changed nothing */
+    if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
+    *total = (int)sum;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__cl_compact(springls_context *ctx)
+{
+    int count = ctx->model.set.count, kept;
+    if (count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)count, sizeof(uint32_t), NULL));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__SET_BITS | SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SPARE)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_flag, count, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_scan(ctx, 0, count, &kept));
+    if (kept == count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_out, count, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_in, kept, springls__no_job()));
+    ctx->model.set.count = kept;
+    return SPRINGLS_OK;
+}
+
+/* Bricks flagged by `mark` over `count` elements become the active ones; keep: those that are active stay so. */
+SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls__collective mark, int count, bool keep)
+{
+    springls__grid *g = &ctx->model.grid;
+    int bricks = (int)springls__brick_count(g), chunks, gone, come, free_now, taken;
+    springls__job job = springls__cl_chunks(0, bricks, &chunks);
+    uint32_t counts[3];
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_FLAG, (size_t)bricks, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_FLAG)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_begin, bricks, springls__job_of(keep)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_sums, 3, job));
+    SPRINGLS__TRY(springls__cl_counted(ctx, 3, counts));
+    gone = (int)counts[0];
+    come = (int)counts[1];
+    if (gone + come == 0) return SPRINGLS_OK;
+    free_now = g->free_count + gone;
+    taken = springls__imin(come, free_now);
+    SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + come - taken));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST, (size_t)come, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(BRICK_LIST)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_drop, chunks, job));
+    ctx->lost = true; /* half a change cannot be taken up by the host */
+    job.i[0] = free_now;
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_add, chunks, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_fill, come, job));
+    ctx->lost = false;
+    g->free_count = free_now - taken;
+    g->slot_count += come - taken;
+    g->active_count = (int)counts[2];
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__cl_cells_cover_around(springls_context *ctx)
+{
+    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_around, ctx->model.grid.active_count + ctx->model.cells.large_count, true);
+}
+
+SPRINGLS__FN springls_status springls__cl_band_move(springls_context *ctx)
+{
+    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_band, ctx->model.grid.active_count, false);
+}
+
+/* Keys of all springls, and what they come to: counts of missing bricks, the largest reach, of large springls. */
+SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
+{
+    int springls = ctx->model.set.count;
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(ctx->backend->run(ctx, SPRINGLS__KERNEL_cell_key, springls, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_count, springls, springls__no_job()));
+    return springls__cl_counted(ctx, 3, counts);
+}
+
+SPRINGLS__FN springls_status springls__cl_cells_build(springls_context *ctx)
+{
+    springls__cells *cells = &ctx->model.cells;
+    int springls = ctx->model.set.count, bricks;
+    uint32_t counts[3];
+    if (springls == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)springls + 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, (size_t)springls + 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, (size_t)springls + 1, 0));
+    SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
+    if (counts[0] > 0) {
+        SPRINGLS__TRY(springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_missing, springls, true));
+        SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
+    }
+    memcpy(&cells->reach, &counts[1], sizeof cells->reach);
+    cells->large_count = (int)counts[2];
+    bricks = ctx->model.grid.active_count;
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)springls__imax(bricks, springls), sizeof(uint32_t), NULL));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_prefix, bricks, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, 0, bricks));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_base, bricks, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_scatter, springls, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_sort, bricks, springls__no_job()));
+    if (cells->large_count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_flag, springls, springls__no_job()));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, 0, springls));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_scatter, springls, springls__no_job());
+}
+
+SPRINGLS__FN springls_status springls__cl_near_build(springls_context *ctx, float margin)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int springls = ctx->model.set.count, bricks = g->active_count;
+    springls__job job = springls__no_job();
+    uint32_t total;
+    job.f[0] = margin;
+    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count + (size_t)bricks + 1, sizeof(uint32_t), NULL));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)bricks + 2, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_rank, bricks, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_clear, bricks + 1, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_count, springls, job));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__SCRATCHES, bricks + 1));
+    SPRINGLS__TRY(springls__cl_counted(ctx, 1, &total));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_IDS, (size_t)total + 1, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(NEAR_IDS)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_cursor, bricks, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_scatter, springls, job));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_sort, bricks, job);
 }
 
 /* ---- the life of a backend ---- */
@@ -320,11 +570,17 @@ SPRINGLS__FN void springls__cl_log_build(springls__cl *cl)
     free(text);
 }
 
+SPRINGLS__FN cl_kernel springls__cl_kernel(const springls__cl *cl, const char *name, cl_int *error)
+{
+    char entry[64];
+    snprintf(entry, sizeof entry, "springls_%s", name);
+    return cl->CreateKernel(cl->program, entry, error);
+}
+
 SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl)
 {
     const char *const *lines;
     const char **text;
-    char entry[64];
     int count, kernel;
     cl_int error = CL_SUCCESS;
     springls_kernel_source(&lines, &count);
@@ -336,10 +592,10 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl)
     if (error != CL_SUCCESS) return error;
     error = cl->BuildProgram(cl->program, 1, &cl->device, cl->exact ? "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt" : "-cl-std=CL1.2", NULL, NULL);
     if (error != CL_SUCCESS) springls__cl_log_build(cl);
-    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++) {
-        snprintf(entry, sizeof entry, "springls_%s", springls__kernels[kernel].name);
-        cl->kernels[kernel] = cl->CreateKernel(cl->program, entry, &error);
-    }
+    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++)
+        cl->kernels[kernel] = springls__cl_kernel(cl, springls__kernels[kernel].name, &error);
+    for (kernel = 0; kernel < SPRINGLS__COLLECTIVE_COUNT && error == CL_SUCCESS; kernel++)
+        cl->kernels[SPRINGLS__KERNEL_COUNT + kernel] = springls__cl_kernel(cl, springls__collectives[kernel].name, &error);
     return error;
 }
 
@@ -373,7 +629,7 @@ SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
     springls__cl *cl = (springls__cl *)(void *)backend;
     int kernel;
     if (!cl) return;
-    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT; kernel++)
+    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT + SPRINGLS__COLLECTIVE_COUNT; kernel++)
         if (cl->kernels[kernel]) cl->ReleaseKernel(cl->kernels[kernel]);
     if (cl->program) cl->ReleaseProgram(cl->program);
     if (cl->queue) cl->ReleaseCommandQueue(cl->queue);
@@ -399,6 +655,14 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.release = springls__cl_release;
     cl->base.transfer = springls__cl_transfer;
     cl->base.run = springls__cl_run;
+    cl->base.count_of = springls__cl_count_of;
+    cl->base.largest = springls__cl_largest;
+    cl->base.scan = springls__cl_scan;
+    cl->base.constellation_compact = springls__cl_compact;
+    cl->base.cells_build = springls__cl_cells_build;
+    cl->base.cells_cover_around = springls__cl_cells_cover_around;
+    cl->base.band_move = springls__cl_band_move;
+    cl->base.near_build = springls__cl_near_build;
     if (!springls__cl_load(cl, desc->library)) {
         springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", desc->library ? desc->library : SPRINGLS__CL_LIBRARY);
         error = CL_DEVICE_NOT_AVAILABLE;

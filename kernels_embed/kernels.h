@@ -27,6 +27,8 @@
     X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
     X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
     X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
     X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
@@ -44,3 +46,16 @@
 /* Those whose loop is in lanes_*.h. */
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
     X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+
+/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,
+   and elements that a core of a processor takes at once. */
+#define SPRINGLS__COLLECTIVES(X)                                                                      \
+    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
+    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
+    X(counts_clear, 16)                                                                               \
+    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
+    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
+    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
+    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \
+    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)

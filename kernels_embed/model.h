@@ -68,6 +68,11 @@ typedef struct springls__model {
     springls__cells cells;
     SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
     SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
+    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
+    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
+    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
+    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */
+    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
     springls_params params;
 } springls__model;
 
@@ -85,7 +90,20 @@ typedef struct springls__model {
     X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
     X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
     X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
-    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])
+    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
+    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
+    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
+
+/* All of a springl, on its way to another place. */
+typedef struct springls__packed {
+    springls__springl s;
+    springls__v3 a, was;
+    uint32_t id, generation;
+    int32_t part;
+    float phi;
+    uint32_t mask, edge;
+} springls__packed;
+#define SPRINGLS__PACKED_WORDS 28
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */

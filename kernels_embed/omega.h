@@ -111,3 +111,17 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     (void)job;
     if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);
 }
+
+/* Voxel i of the two constant bricks: job.f, outside and inside. */
+SPRINGLS__MATHS void springls__omega_constant_element(const springls__model *model, springls__job job, int i)
+{
+    model->grid.omega[i] = job.f[i >= SPRINGLS__BRICK_VOXELS * SPRINGLS__INSIDE];
+}
+
+/* The brick's omega is to be taken afresh (job.i[0]: all are); to SCRATCH1, whether it is unknown. */
+SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model, springls__job job, int i)
+{
+    int slot = model->grid.active[i];
+    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;
+}

@@ -45,6 +45,14 @@ SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
 }
 
+/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
+#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
+    do {                                                                                                    \
+        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE;                      \
+        if (springls__there != SPRINGLS_DEVICE) return springls__there;                                     \
+        if ((ctx)->on_device) SPRINGLS__TRY(springls__leave_backend(ctx));                                  \
+    } while (0)
+
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {

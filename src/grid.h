@@ -10,13 +10,13 @@ SPRINGLS__FN void springls__fill(float *field, int slot, float value)
     for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) brick[i] = value;
 }
 
-/* The constant bricks of a field. */
-SPRINGLS__FN void springls__fill_constant(springls_context *ctx, springls__array field, float outside, float inside)
+/* The constant bricks of omega. */
+SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside, float inside)
 {
-    float *values = (float *)ctx->memory[field].data;
-    if (springls__to_host(ctx, 0, (uint64_t)1 << field) != SPRINGLS_OK) return;
-    springls__fill(values, SPRINGLS__OUTSIDE, outside);
-    springls__fill(values, SPRINGLS__INSIDE, inside);
+    springls__job job = springls__no_job();
+    job.f[0] = outside;
+    job.f[1] = inside;
+    springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, job);
 }
 
 /* Room for `slots` slots. */

@@ -63,6 +63,16 @@ struct springls_backend {
     /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
+    /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
+       unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
+    springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
+    springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
+    springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
+    springls_status (*constellation_compact)(springls_context *ctx);
+    springls_status (*cells_build)(springls_context *ctx);
+    springls_status (*cells_cover_around)(springls_context *ctx);
+    springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
+    springls_status (*near_build)(springls_context *ctx, float margin);
 };
 
 struct springls_context {

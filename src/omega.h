@@ -6,6 +6,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     springls__grid *g = &ctx->model.grid;
     springls__cells *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
@@ -38,14 +39,9 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    bool unknown = false;
-    int i;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(OMEGA)));
-    for (i = 0; i < g->active_count; i++) {
-        if (!ctx->omega_fresh) g->omega[(size_t)g->active[i] * SPRINGLS__BRICK_VOXELS] = -1.0f;
-        unknown = unknown || springls__omega_unknown(g, g->active[i]);
-    }
-    if (unknown) {
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
+    if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
         springls__run(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }

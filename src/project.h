@@ -11,14 +11,14 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     int i;
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) == 0) return;
-    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, g->far_value, -g->far_value);
+    springls__omega_constant(ctx, g->far_value, -g->far_value);
     for (i = 0; i < voxels; i++) {
         springls__job job = springls__job_of(i == voxels - 1);
         job.f[0] = i == voxels - 1 ? 0.0f : sure;
         springls__run(ctx, SPRINGLS__KERNEL_settle, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
-    springls__fill_constant(ctx, SPRINGLS__ARRAY_OMEGA, ctx->model.params.capture, ctx->model.params.capture);
+    springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
     ctx->omega_fresh = false;
 }
 

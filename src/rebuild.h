@@ -16,10 +16,12 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     uint8_t *keep;
     int *wanted, *rank, i, d, missing = 0;
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
+    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
+    ctx->cells_fresh = false; /* they live in the bricks */
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
@@ -38,7 +40,6 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
         }
     }
     springls__grid_drop_bricks(g, keep);
-    ctx->cells_fresh = false; /* they live in the bricks */
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 

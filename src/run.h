@@ -55,6 +55,10 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 {
     const uint8_t *flags;
     int i, n = 0;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, (int)array, count, value, &n) == SPRINGLS_OK) return n;
+        springls__leave_backend(ctx);
+    }
     if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
     flags = (const uint8_t *)ctx->memory[array].data;
     for (i = 0; i < count; i++) n += flags[i] == value;
@@ -64,10 +68,15 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 /* The largest of the first `count` floats of a scratch, 0 or more. */
 SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int count)
 {
-    const float *values = (const float *)ctx->model.scratch[scratch];
+    const float *values;
     float largest = 0.0f;
     int i;
+    if (ctx->on_device) {
+        if (ctx->backend->largest(ctx, scratch, count, &largest) == SPRINGLS_OK) return largest;
+        springls__leave_backend(ctx);
+    }
     if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
+    values = (const float *)ctx->model.scratch[scratch];
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
 }
@@ -78,6 +87,7 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
