@@ -62,6 +62,10 @@ struct springls_backend {
     void (*release)(springls_context *ctx, springls__buffer *buffer);
     /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
+    /* Device memory of a buffer gets these bytes. */
+    springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
+    springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
+    size_t user_bytes;
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
     /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
        unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
@@ -73,6 +77,8 @@ struct springls_backend {
     springls_status (*cells_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
     springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*bricks_around_springls)(springls_context *ctx);
+    springls_status (*settle_regions)(springls_context *ctx);
 };
 
 struct springls_context {
@@ -90,6 +96,7 @@ struct springls_context {
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why it has been left, until the call at work has told                    */
     bool lost;              /* and the model could not be brought back: nothing goes on until then               */
+    springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
     bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
     int calls;              /* stages and steps at work, one inside the other                                    */
     springls_stats stats;

@@ -58,7 +58,7 @@ FIXTURE springls_status parity_poison(springls_context *ctx)
         springls__buffer buffer = ctx->memory[array];
         size_t used = springls__used(ctx, (springls__array)array) * springls__element_size((springls__array)array);
         springls_status status;
-        if (!buffer.device || used >= buffer.device_bytes) continue;
+        if (!buffer.device || !buffer.data || used >= buffer.device_bytes) continue; /* no data: an array of the device alone */
         buffer.data = malloc(buffer.device_bytes);
         if (!buffer.data) return SPRINGLS_OUT_OF_MEMORY;
         status = ctx->backend->transfer(ctx, &buffer, used, true);
@@ -233,6 +233,7 @@ FIXTURE void life_make(life *l, int which)
     case LIFE_STAGES: /* holes are filled from the level set, by springls that find their place among the others */
         l->params.fill_from_springls = 0;
         l->step.dt = 0.1f;
+        l->steps = 2;
         break;
     default: break;
     }
@@ -241,11 +242,12 @@ FIXTURE void life_make(life *l, int which)
 FIXTURE springls_status life_begin(const life *l, springls_context *ctx)
 {
     springls_sphere ball = fixture_ball(11.2f, 11.2f, 11.2f, l->which == LIFE_SEGMENT || l->which == LIFE_SEGMENT_PAPER ? 3.5f : 5.0f);
-    springls_box box = { { 15.5f, 15.5f, 15.5f }, { 6.3f, 5.0f, 4.2f } };
+    springls_box box = { { 15.5f, 15.5f, 15.5f }, { 6.3f, 5.0f, 4.2f } }, large = { { 15.5f, 15.5f, 15.5f }, { 13.0f, 13.0f, 13.0f } };
     switch (l->which) {
     case LIFE_PRESERVED: return springls_set_implicit(ctx, history_two_balls, NULL);
     case LIFE_BOX: return springls_set_implicit(ctx, springls_implicit_box, &box);
     case LIFE_THIN: box.half[0] = 4.0f; return springls_set_implicit(ctx, springls_implicit_box, &box);
+    case LIFE_STAGES: return springls_set_implicit(ctx, springls_implicit_box, &large); /* there are bricks that are all inside */
     case LIFE_OPEN_MESH: return history_open_mesh(ctx);
     case LIFE_LABELS: return history_blobs(ctx);
     default: return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
