@@ -164,6 +164,14 @@ FIXTURE void life_image(void)
     }
 }
 
+FIXTURE void life_outwards(void *user, const float *points, int count, float time, float *out)
+{
+    int i;
+    (void)user;
+    (void)time;
+    for (i = 0; i < 3 * count; i++) out[i] = points[i] - 15.5f;
+}
+
 FIXTURE void life_make(life *l, int which)
 {
     const float middle = 0.5f * (float)(LIFE_SIZE - 1);
@@ -230,10 +238,13 @@ FIXTURE void life_make(life *l, int which)
         l->step.max_displacement = 0.3f;
         l->steps = 3;
         break;
-    case LIFE_STAGES: /* holes are filled from the level set, by springls that find their place among the others */
+    case LIFE_STAGES: /* a cube grows until bricks lie in it that were on its border; holes are filled from the level set, by springls
+                         that find their place among the others */
+        l->forces = fixture_forces(life_outwards, NULL);
+        l->forces.integrator = SPRINGLS_EULER;
         l->params.fill_from_springls = 0;
-        l->step.dt = 0.1f;
-        l->steps = 2;
+        l->step.dt = 0.86f;
+        l->steps = 1;
         break;
     default: break;
     }
@@ -242,12 +253,12 @@ FIXTURE void life_make(life *l, int which)
 FIXTURE springls_status life_begin(const life *l, springls_context *ctx)
 {
     springls_sphere ball = fixture_ball(11.2f, 11.2f, 11.2f, l->which == LIFE_SEGMENT || l->which == LIFE_SEGMENT_PAPER ? 3.5f : 5.0f);
-    springls_box box = { { 15.5f, 15.5f, 15.5f }, { 6.3f, 5.0f, 4.2f } }, large = { { 15.5f, 15.5f, 15.5f }, { 13.0f, 13.0f, 13.0f } };
+    springls_box box = { { 15.5f, 15.5f, 15.5f }, { 6.3f, 5.0f, 4.2f } }, cube = { { 15.5f, 15.5f, 15.5f }, { 7.0f, 7.0f, 7.0f } };
     switch (l->which) {
     case LIFE_PRESERVED: return springls_set_implicit(ctx, history_two_balls, NULL);
     case LIFE_BOX: return springls_set_implicit(ctx, springls_implicit_box, &box);
     case LIFE_THIN: box.half[0] = 4.0f; return springls_set_implicit(ctx, springls_implicit_box, &box);
-    case LIFE_STAGES: return springls_set_implicit(ctx, springls_implicit_box, &large); /* there are bricks that are all inside */
+    case LIFE_STAGES: return springls_set_implicit(ctx, springls_implicit_box, &cube);
     case LIFE_OPEN_MESH: return history_open_mesh(ctx);
     case LIFE_LABELS: return history_blobs(ctx);
     default: return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
@@ -267,7 +278,7 @@ FIXTURE springls_status life_mask(springls_context *ctx)
 /* Stages in an order that no step has. */
 FIXTURE springls_status life_stages(springls_context *ctx, const life *l)
 {
-    static springls_status (*const stages[])(springls_context *) = { springls_track, springls_relax, springls_evolve, springls_rebuild, springls_fill_gaps,
+    static springls_status (*const stages[])(springls_context *) = { springls_unsigned_to_signed, springls_track, springls_relax, springls_evolve, springls_rebuild, springls_fill_gaps,
         springls_contract, springls_resample, springls_unsigned_to_signed, springls_evolve, springls_relax, springls_fill_gaps, springls_track };
     size_t i;
     SPRINGLS__TRY(springls_advect(ctx, &l->forces, 0.1f, l->step.dt));
