@@ -539,18 +539,20 @@ SPRINGLS__FN void springls__cl_say(const springls_logger *logger, int level, con
     logger->log(logger->user, level, line);
 }
 
-SPRINGLS__FN bool springls__cl_load(springls__cl *cl, const char *library)
+/* NULL, or the name of what is missing. */
+SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library)
 {
     void *symbol = NULL;
-    cl->library = SPRINGLS__CL_OPEN(library ? library : SPRINGLS__CL_LIBRARY);
-    if (!cl->library) return false;
+    if (!library) library = SPRINGLS__CL_LIBRARY;
+    cl->library = SPRINGLS__CL_OPEN(library);
+    if (!cl->library) return library;
 #define SPRINGLS__CL_LOAD(name, result, arguments)                      \
     symbol = SPRINGLS__CL_FIND(cl->library, "cl" #name);                \
     memcpy(&cl->name, &symbol, sizeof symbol);                          \
-    if (!symbol) return false;
+    if (!symbol) return "cl" #name;
     SPRINGLS__CL_FUNCTIONS(SPRINGLS__CL_LOAD)
 #undef SPRINGLS__CL_LOAD
-    return true;
+    return NULL;
 }
 
 #define SPRINGLS__CL_MOST 16 /* platforms, and devices of one, that are looked at */
@@ -572,20 +574,22 @@ SPRINGLS__FN bool springls__cl_pick(springls__cl *cl, springls_cl_kind kind)
     return false;
 }
 
-SPRINGLS__FN void springls__cl_describe(springls__cl *cl)
+SPRINGLS__FN cl_int springls__cl_describe(springls__cl *cl)
 {
+    cl_int error;
     char platform[100] = "", device[120] = "";
     cl_platform_id id = NULL;
     cl_device_type type = 0;
     cl_device_fp_config config = 0;
-    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL);
-    cl->GetPlatformInfo(id, CL_PLATFORM_NAME, sizeof platform - 1, platform, NULL);
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL); /* names may fail: they are only said */
+    if (id) cl->GetPlatformInfo(id, CL_PLATFORM_NAME, sizeof platform - 1, platform, NULL);
     cl->GetDeviceInfo(cl->device, CL_DEVICE_NAME, sizeof device - 1, device, NULL);
-    cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
-    cl->GetDeviceInfo(cl->device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
+    error = cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
+    if (error == CL_SUCCESS) error = cl->GetDeviceInfo(cl->device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
     snprintf(cl->device_name, sizeof cl->device_name, "%s: %s", platform, device);
     cl->gpu = (type & CL_DEVICE_TYPE_CPU) == 0;
     cl->exact = (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) && (config & CL_FP_DENORM);
+    return error;
 }
 
 SPRINGLS__FN void springls__cl_log_build(springls__cl *cl)
@@ -650,7 +654,8 @@ SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc 
         cl->context = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
         if (error != CL_SUCCESS) return error;
     }
-    springls__cl_describe(cl);
+    error = springls__cl_describe(cl);
+    if (error != CL_SUCCESS) return error;
     if (desc->queue) {
         error = cl->RetainCommandQueue((cl_command_queue)desc->queue);
         if (error == CL_SUCCESS) cl->queue = (cl_command_queue)desc->queue;
@@ -678,6 +683,7 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
 {
     springls_cl_desc none;
     springls__cl *cl;
+    const char *missing;
     cl_int error;
     memset(&none, 0, sizeof none);
     if (!desc) desc = &none;
@@ -704,8 +710,9 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.near_build = springls__cl_near_build;
     cl->base.bricks_around_springls = springls__cl_bricks_around_springls;
     cl->base.settle_regions = springls__cl_settle_regions;
-    if (!springls__cl_load(cl, desc->library)) {
-        springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", desc->library ? desc->library : SPRINGLS__CL_LIBRARY);
+    missing = springls__cl_load(cl, desc->library);
+    if (missing) {
+        springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", missing);
         error = CL_DEVICE_NOT_AVAILABLE;
     } else {
         error = springls__cl_begin(cl, desc);
