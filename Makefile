@@ -155,7 +155,7 @@ ubsan:  ## the tests under UndefinedBehaviorSanitizer
 tsan:   ## the tests with threads under ThreadSanitizer (data races)
 	@$(SANITIZED) -fsanitize=thread"
 
-compile-matrix: deps-matrix   ## springls.h in every language, linkage and namespace mode, gcc and clang
+compile-matrix: deps-matrix   ## both headers in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed
 	@tests/compile/matrix.sh
 
@@ -201,9 +201,9 @@ motions: deps-demo   ## the default parameters on motions with known answers (GR
 
 # ---- the rest ----
 
-install: springls.h   ## copy the header(s) to $(DESTDIR)$(PREFIX)/include
+install: springls.h   ## copy the headers to $(DESTDIR)$(PREFIX)/include
 	install -d $(DESTDIR)$(PREFIX)/include
-	install -m 644 springls.h $(wildcard springls_cl.h) $(DESTDIR)$(PREFIX)/include
+	install -m 644 springls.h springls_cl.h $(DESTDIR)$(PREFIX)/include
 
 format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are better laid out by hand)
 	$(if $(FILES),clang-format -i $(FILES),@echo 'which? make format FILES="src/new.h"'; exit 2)

@@ -21,6 +21,14 @@
 
 #include "springls.h"
 
+#ifdef SPRINGLS_NAMESPACE /* as the functions of springls.h */
+#define springls_cl_create SPRINGLS__NAME(springls_cl_create)
+#define springls_cl_destroy SPRINGLS__NAME(springls_cl_destroy)
+#define springls_cl_name SPRINGLS__NAME(springls_cl_name)
+#define springls_cl_exact SPRINGLS__NAME(springls_cl_exact)
+#define springls_cl_get_counts SPRINGLS__NAME(springls_cl_get_counts)
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
