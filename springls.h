@@ -30,16 +30,16 @@
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>fill_from_springls   kernels_embed/fill_from_springls.h
      >>fill_gaps            kernels_embed/fill_gaps.h
-     >>kernels              kernels_embed/kernels.h
-     >>lanes                src/lanes.h
+     >>lanes                kernels_embed/lanes.h
+     >>lanes_neighbors      kernels_embed/lanes_neighbors.h
+     >>lanes_rows           kernels_embed/lanes_rows.h
+     >>lanes_project        kernels_embed/lanes_project.h
      >>rows                 kernels_embed/rows.h
+     >>kernels              kernels_embed/kernels.h
      >>internal             src/internal.h
      >>memory               src/memory.h
      >>params               src/params.h
      >>kernels              src/kernels.h
-     >>lanes_neighbors      src/lanes_neighbors.h
-     >>lanes_rows           src/lanes_rows.h
-     >>lanes_project        src/lanes_project.h
      >>lanes_relax          src/lanes_relax.h
      >>lanes_advect         src/lanes_advect.h
      >>coherence            src/coherence.h
@@ -767,6 +767,7 @@ typedef void (*springls_affine_fn)(void *user, const float *points, const float 
 typedef struct springls_sampled_field {
     const float *data;
     springls_grid_desc grid;
+    unsigned version; /* with a backend: while it and data stay the same, and it is not 0, the samples are not sent again */
 } springls_sampled_field;
 
 typedef enum springls_integrator { SPRINGLS_RK4, SPRINGLS_EULER } springls_integrator;
@@ -975,6 +976,14 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
+  /* springls_cl_desc.velocity_source, as advect.h calls it. */
+  #define SPRINGLS__USER_VELOCITY                                                                                         \
+      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
+      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
+      {                                                                                                                   \
+          float3 v = springls_velocity((float3)(x.x, x.y, x.z), time, user);                                              \
+          return springls__v3_make(v.x, v.y, v.z);                                                                        \
+      }
   typedef uchar uint8_t;
   typedef int int32_t;
   typedef uint uint32_t;
@@ -992,6 +1001,14 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
     #define SPRINGLS__MATHS static inline
   #endif
   #define SPRINGLS__GLOBAL
+  /* Never called: on the host it is a callback. */
+  #define SPRINGLS__USER_VELOCITY                                                                                         \
+      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
+      {                                                                                                                   \
+          (void)time;                                                                                                     \
+          (void)user;                                                                                                     \
+          return x;                                                                                                       \
+      }
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
@@ -1280,6 +1297,13 @@ typedef struct springls__cells {
     int large_count;
 } springls__cells;
 
+/* Forces that kernels can take by themselves (advect.h). */
+struct springls__force_rule;
+typedef struct springls__forces_here {
+    SPRINGLS__GLOBAL struct springls__force_rule *rule;
+    SPRINGLS__GLOBAL float *pressure, *velocity, *user;
+} springls__forces_here;
+
 #define SPRINGLS__SCRATCHES 8
 
 typedef struct springls__model {
@@ -1289,6 +1313,7 @@ typedef struct springls__model {
     springls__cells cells;
     SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
     SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
+    springls__forces_here force;        /* what moves it, where no callback does                                */
     SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
     SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
     SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
@@ -1312,6 +1337,8 @@ typedef struct springls__model {
     X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
     X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
     X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
+    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \
+    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \
     X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
     X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
 
@@ -2026,6 +2053,171 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
 {
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
+}
+
+/* A sampled field: from the model's voxels to its own samples. */
+typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
+
+SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)
+{
+    const float *m = field->from_voxel;
+    float f[3], corner[8];
+    int i[3], axis, channel, c;
+    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];
+    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];
+    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];
+    for (axis = 0; axis < 3; axis++) {
+        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));
+        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);
+        f[axis] -= (float)i[axis];
+    }
+    for (channel = 0; channel < field->channels; channel++) {
+        for (c = 0; c < 8; c++) {
+            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
+            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
+            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
+            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
+        }
+        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
+    }
+}
+
+/* Mean curvature of phi at x: the Laplacian of a distance. */
+SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
+{
+    float c = springls__grid_sample(g, g->phi, x);
+    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
+              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
+              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
+    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
+}
+
+/* What moves springls (eq. 1), where no callback has a part in it. */
+#define SPRINGLS__FLOW_NONE 0
+#define SPRINGLS__FLOW_DEFORMATION 1
+#define SPRINGLS__FLOW_ROTATION 2
+#define SPRINGLS__FLOW_USER 3
+
+typedef struct springls__force_rule {
+    springls__field pressure, velocity; /* channels 0: none */
+    float pressure_weight, velocity_weight, curvature_weight;
+    int flow;
+    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
+    float dt, stage_time[4]; /* of the Runge-Kutta stages */
+    int euler, stop_at_topology, pad[1];
+} springls__force_rule;
+
+SPRINGLS__USER_VELOCITY
+
+/* sigma of eq. 1. */
+SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)
+{
+    const float *n = rule->flow_numbers;
+    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
+    float v[3];
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], n[1], time);
+    if (rule->flow == SPRINGLS__FLOW_ROTATION)
+        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
+    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);
+    if (rule->velocity.channels == 0) return out;
+    springls__field_sample(&rule->velocity, model->force.velocity, x, v);
+    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
+}
+
+/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
+SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)
+{
+    float rho;
+    if (rule->pressure.channels != 0) {
+        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
+        out = springls__mad(out, n, rule->pressure_weight * rho);
+    }
+    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+    return out;
+}
+
+/* The points of a springl that move: its particle, and its vertices. */
+#define SPRINGLS__MOVERS 4
+
+typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
+
+/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
+SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)
+{
+    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
+    springls__movers slope;
+    int m;
+    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
+    if (!model->params.vertex_velocity) {
+        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
+        return slope;
+    }
+    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));
+    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);
+    return slope;
+}
+
+/* x + s k, for all. */
+SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
+{
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);
+    return at;
+}
+
+SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)
+{
+    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
+    int m;
+    if (rule->euler) {
+        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
+        return k1;
+    }
+    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
+    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
+    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
+    return k1;
+}
+
+/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:
+   whether it moves. */
+SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__job job, int i)
+{
+    springls__force_rule rule = *model->force.rule;
+    springls__springl s = model->set.s[i];
+    springls__movers at, d;
+    float d2;
+    int m, finite = 1;
+    (void)job;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = springls__displacement_of(model, &rule, at);
+    if (rule.stop_at_topology
+        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),
+                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],
+                                      springls__springl_normal(s)))
+        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
+    d2 = springls__length2(d.x[0]);
+    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;
+    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
+}
+
+/* Moves springl i by its displacements in SCRATCH0. */
+SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)
+{
+    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];
+    springls__springl s = model->set.s[i];
+    int m;
+    (void)job;
+    s.p = springls__add(s.p, d.x[0]);
+    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
+    model->set.s[i] = springls__springl_finished(s);
 }
 
 /* ======== >>relax  (kernels_embed/relax.h) ===================================================================== */
@@ -3375,7 +3567,127 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 }
 
 /* ======== >>unsigned_to_signed  (kernels_embed/unsigned_to_signed.h) =========================================== */
-/* unsigned_to_signed.h - the side of the springls that a point lies on. */
+/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
+   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+
+/* Blocks closer than this to a springl stop the background. */
+#define SPRINGLS__SHELL 1.5f
+
+/* Of a brick. */
+#define SPRINGLS__OPEN 0
+#define SPRINGLS__BLOCKED 1
+#define SPRINGLS__BACKGROUND 2
+
+/* To SCRATCH2, one a brick of the top table: is it blocked? */
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    float nearest = FLT_MAX;
+    int v;
+    (void)job;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+}
+
+/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
+{
+    int hi[3], x, y, z, axis;
+    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++)
+                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
+    return true;
+}
+
+/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */
+SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
+{
+    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
+}
+
+/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
+   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
+   axes makes no difference to where growth ends. */
+SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
+    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
+    int at[3], k;
+    bool at_border, before = true, grew = false;
+    at[b] = i % across * step;
+    at[c] = i / across * step;
+    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
+    for (k = 0; k < 2 * along; k++) {
+        bool background;
+        if (k == along) before = true;
+        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
+        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
+        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
+        before = background;
+    }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
+}
+
+/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    int v;
+    (void)job;
+    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    else
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;
+}
+
+SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
+{
+    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
+}
+
+/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a
+   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)
+{
+    const springls__grid *g = &model->grid;
+    const int b = job.i[0];
+    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + first;
+    SPRINGLS__GLOBAL const float *phi = g->phi + first;
+    SPRINGLS__GLOBAL float *next = g->phi_next + first;
+    uint8_t grew = 0;
+    int o[3], x, y, z, i, j, k;
+    springls__slot_origin(g, g->active[index], o);
+    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];
+    for (z = 0; z < 8; z += b)
+        for (y = 0; y < 8; y += b)
+            for (x = 0; x < 8; x += b) {
+                float nearest = FLT_MAX;
+                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
+                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
+                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
+                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
+                    continue;
+                for (k = z; k < z + b; k++)
+                    for (j = y; j < y + b; j++)
+                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
+                if (nearest <= SPRINGLS__SHELL) continue;
+                grew = 1;
+                for (k = z; k < z + b; k++)
+                    for (j = y; j < y + b; j++)
+                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;
+            }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;
+}
 
 /* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
    nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
@@ -3383,6 +3695,57 @@ SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3
 {
     float d2 = springls__tri_distance2(plan, x) + 0.01f;
     return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
+}
+
+/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
+   sphere is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                        SPRINGLS__GLOBAL const float *omega, float *side);
+
+/* Voxels that springls are near take the side of the nearest ones. */
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float side[SPRINGLS__BRICK_VOXELS];
+    int y, z, v, o[3];
+    uint32_t k;
+    (void)job;
+    springls__slot_origin(g, g->active[i], o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;
+    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++) {
+                int row = 8 * y + 64 * z;
+                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
+            }
+    }
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+}
+
+/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
+SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
+{
+    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+}
+
+/* The side becomes the sign of the distance. */
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)
+{
+    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
+    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
+    int v;
+    (void)job;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
 /* ======== >>evolve  (kernels_embed/evolve.h) =================================================================== */
@@ -4341,75 +4704,32 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
     model->set.was[n] = s.p; /* it has been placed, not moved */
 }
 
-/* ======== >>kernels  (kernels_embed/kernels.h) ================================================================= */
-/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
-   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
-   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
-
-/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
-#define SPRINGLS__KERNELS(X)                                                                          \
-    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
-    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
-    X(orient, 256, SPRINGLS__BIT(S))                                                                \
-    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
-    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
-    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
-    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
-    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
-    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
-    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
-    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
-    X(track, 256, SPRINGLS__BIT(A))                                                                 \
-    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
-    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
-    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
-    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
-    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
-    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
-    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
-    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
-    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
-    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
-    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
-    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
-    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
-    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
-    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
-    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
-    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
-    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
-    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
-
-/* Those whose loop is in lanes_*.h. */
-#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
-    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
-
-/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,
-   and elements that a core of a processor takes at once. */
-#define SPRINGLS__COLLECTIVES(X)                                                                      \
-    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
-    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
-    X(counts_clear, 16)                                                                               \
-    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
-    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
-    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
-    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \
-    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)
-
-/* ======== >>lanes  (src/lanes.h) =============================================================================== */
+/* ======== >>lanes  (kernels_embed/lanes.h) ===================================================================== */
 /* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
    compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
 
-#if defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
+#if defined(__OPENCL_VERSION__)
+#define SPRINGLS__LANES 8
+#define SPRINGLS__LANE static inline
+typedef float8 springls__vec;
+typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */
+#define springls__vec_load(from) vload8(0, from)
+#define springls__vec_store(to, v) vstore8(v, 0, to)
+#define springls__vec_all(x) ((float8)(x))
+#define springls__vec_select(where, yes, no) select(no, yes, where)
+#define springls__vec_min(a, b) springls__vec_lesser(a, b)
+#define springls__vec_max(a, b) springls__vec_greater(a, b)
+#define springls__vec_abs(x) fabs(x)
+#define springls__vec_sqrt(x) sqrt(x)
+#define springls__vec_of_ints(k) convert_float8(k)
+#define springls__vec_to_ints(x) convert_int8(x)
+#define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vmask_any(where) any(where)
+static inline springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }
+static inline springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }
+
+#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
 #if defined(__AVX2__)
 #include <immintrin.h>
 #define SPRINGLS__LANES 8
@@ -4430,7 +4750,6 @@ typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
 typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
 typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
 
-typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
 SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
@@ -4465,11 +4784,6 @@ SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
 #endif
 }
 
-SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
-{
-    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
-}
-
 SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
 {
     springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
@@ -4488,13 +4802,6 @@ SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
 #endif
 }
 
-/* x rounded down, for |x| < 2^31. */
-SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
-{
-    springls__vec t = __builtin_convertvector(__builtin_convertvector(x, springls__vmask), springls__vec);
-    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
-}
-
 SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
 {
 #if defined(SPRINGLS__SIMD)
@@ -4504,6 +4811,27 @@ SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
     for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
     return any != 0;
 #endif
+}
+
+#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)
+#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)
+#define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#endif
+
+#ifdef SPRINGLS__LANES
+
+typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
+
+SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
+{
+    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
+}
+
+/* x rounded down, for |x| < 2^31. */
+SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
+{
+    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));
+    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
 }
 
 SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
@@ -4576,7 +4904,7 @@ SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
 /* 2^k for whole k in [-126, 127]. */
 SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
 {
-    return (springls__vec)((__builtin_convertvector(k, springls__vmask) + 127) << 23);
+    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);
 }
 
 SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)
@@ -4613,6 +4941,355 @@ SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x,
     springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
     d = springls__vec3_mad(d, along, -s);
     return springls__vec3_dot(d, d);
+}
+
+#endif
+
+/* ======== >>lanes_neighbors  (kernels_embed/lanes_neighbors.h) ================================================= */
+/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
+
+#ifdef SPRINGLS__LANES
+
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+{
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    springls__vec3 at;
+    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
+    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
+    int e, m;
+    at.x = springls__vec_load(x);
+    at.y = springls__vec_load(y);
+    at.z = springls__vec_load(z);
+    for (e = 0; e < 3; e++) {
+        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
+        springls__vmask nearer = d < best;
+        best = springls__vec_select(nearer, d, best);
+        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
+    }
+    springls__vec_store(d2s, best);
+    springls__vec_store(edges, found);
+    for (m = 0; m < 3; m++) {
+        d2[m] = d2s[m];
+        edge[m] = (int)edges[m];
+    }
+}
+
+#endif
+
+/* ======== >>lanes_rows  (kernels_embed/lanes_rows.h) =========================================================== */
+/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
+
+#ifdef SPRINGLS__LANES
+
+/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
+SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
+{
+    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
+    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
+    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
+    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
+    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
+                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
+                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
+    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
+}
+
+/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + reach;
+        at.x = (float)x + springls__vec_load(ramp + i);
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
+
+/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
+   sphere is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                     SPRINGLS__GLOBAL const float *omega, float *side)
+{
+    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_load(ramp + i);
+        d = springls__vec3_sub(at, springls__vec3_all(center));
+        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
+        if (!springls__vmask_any(counts)) continue;
+        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
+        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
+        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
+        springls__vec_store(side + i, springls__vec_load(side + i) + height);
+    }
+}
+
+typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
+
+SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
+{
+    springls__vec_cross7 v;
+    v.c = springls__vec_load(t);
+    v.xm = springls__vec_load(t - 1);
+    v.xp = springls__vec_load(t + 1);
+    v.ym = springls__vec_load(t - SPRINGLS__TILE);
+    v.yp = springls__vec_load(t + SPRINGLS__TILE);
+    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
+    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
+    return v;
+}
+
+/* f times the upwind difference of phi */
+SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
+{
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
+}
+
+/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
+SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
+    springls__vmask inside = springls__vec_abs(v.c) <= width;
+    springls__vec change;
+    if (!springls__vmask_any(inside)) {
+        springls__vec_store(out, v.c);
+        return;
+    }
+    o = springls__tile_cross_lanes(omega);
+    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
+           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
+           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
+    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+    springls__vec_store(out, springls__vec_select(inside, change, v.c));
+}
+
+SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
+}
+
+SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+}
+
+SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
+{
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+}
+
+SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
+{
+    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
+    springls__vmask inside = v.c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
+{
+    springls__vec flat = springls__vec_abs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
+    return slope * slope;
+}
+
+SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
+{
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
+    return v.c / (1.0f + share * excess);
+}
+
+/* Is one of the 26 neighbours on the other side? */
+SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
+{
+    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
+    springls__vmask inside = c < 0.0f;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
+}
+
+/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
+SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
+    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    if (springls__vmask_any(crossed | edge)) {
+        own = springls__interface_distance_lanes(v);
+        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
+        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
+        d = springls__vec_select(crossed, own, d);
+    }
+    springls__vec_store(out, d);
+}
+
+SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
+}
+
+SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
+{
+    const springls__vec zero = springls__vec_all(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
+}
+
+SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
+    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
+    springls__vec d = springls__vec_all(far_value);
+    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
+    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
+    d = springls__vec_select(v.c < 0.0f, -d, d);
+    springls__vec_store(out, springls__vec_select(kept, v.c, d));
+}
+
+SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
+}
+
+#endif
+
+/* ======== >>lanes_project  (kernels_embed/lanes_project.h) ===================================================== */
+/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
+   offset: from the particle to the row's first voxel. */
+
+#ifdef SPRINGLS__LANES
+
+SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+
+SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
+{
+    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
+}
+
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
+        springls__vec best = springls__vec_load(sums->nearest2 + i);
+        springls__vmask nearer = d2 < best;
+        if (!springls__vmask_any(nearer)) continue;
+        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
+        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
+        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
+        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
+    }
+}
+
+SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
+{
+    float *at = &sums->sum[member][i];
+    springls__vec_store(at, springls__vec_load(at) + value);
+}
+
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+{
+    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
+    springls__vec zero = springls__vec_all(0.0f);
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
+        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
+        if (!springls__vmask_any(w > zero)) continue;
+        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
+              + springls__vec_load(sums->facing[2] + i) * s.n.z;
+        w = w * w;
+        w = springls__vec_select(along > 0.4f, w * w, zero);
+        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
+    }
+}
+
+SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
+}
+
+/* springls__settled; phi points into a tile. */
+SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_cross7 v;
+        springls__vec sum, nearest;
+        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
+        if (!springls__vmask_any(doubtful)) {
+            springls__vec_store(out + i, springls__vec_load(phi + i));
+            continue;
+        }
+        v = springls__tile_cross_lanes(phi + i);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
+            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
+                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
+                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
+        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
+        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
+        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
+    }
+}
+
+/* springls__without_speck; true when there was one. */
+SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
+        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vmask_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
 }
 
 #endif
@@ -4754,6 +5431,78 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 
 #endif
 
+/* ======== >>kernels  (kernels_embed/kernels.h) ================================================================= */
+/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
+   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
+   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */
+
+/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
+#define SPRINGLS__KERNELS(X)                                                                          \
+    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \
+    X(move, 512, SPRINGLS__BIT(S))                                                                    \
+    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
+    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
+    X(orient, 256, SPRINGLS__BIT(S))                                                                \
+    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \
+    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \
+    X(reshape, 256, SPRINGLS__BIT(S))                                                               \
+    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \
+    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \
+    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \
+    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \
+    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \
+    X(track, 256, SPRINGLS__BIT(A))                                                                 \
+    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \
+    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \
+    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \
+    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \
+    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
+    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
+    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
+    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
+    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
+    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
+    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
+    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
+    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
+    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
+    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
+    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
+    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
+    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \
+    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \
+    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \
+    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
+    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
+    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+
+/* Those whose loop is in lanes_*.h. */
+#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
+    X(relax, 128, SPRINGLS__BIT(SCRATCH1))
+
+/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
+   Name, and elements that a core of a processor takes at once. */
+#define SPRINGLS__COLLECTIVES(X)                                                                      \
+    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
+    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
+    X(counts_clear, 16)                                                                               \
+    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
+    X(large_flag, 4096) X(large_scatter, 4096)                                                        \
+    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
+    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \
+    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
+    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)
+
 /* what a context holds */
 
 /* ======== >>internal  (src/internal.h) ========================================================================= */
@@ -4821,6 +5570,10 @@ struct springls_backend {
     void (*release)(springls_context *ctx, springls__buffer *buffer);
     /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
+    /* Device memory of a buffer gets these bytes. */
+    springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
+    springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
+    size_t user_bytes;
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
     /* Collectives: what the function of the same name (springls__...) does on the host. */
     springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
@@ -4831,6 +5584,8 @@ struct springls_backend {
     springls_status (*cells_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: SCRATCH0 tells the reach of each brick */
     springls_status (*near_build)(springls_context *ctx, float margin);
+    springls_status (*bricks_around_springls)(springls_context *ctx);
+    springls_status (*settle_regions)(springls_context *ctx);
 };
 
 struct springls_context {
@@ -4847,6 +5602,7 @@ struct springls_context {
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* of its first failure, which the stage that runs has not told yet         */
+    springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
     bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
     springls_stats stats;
     double time;
@@ -5190,359 +5946,10 @@ typedef struct springls__kernel_facts {
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
     }
 
-/* ======== >>lanes_neighbors  (src/lanes_neighbors.h) =========================================================== */
-/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
-
-#if SPRINGLS__LANES
-
-SPRINGLS__FN void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
-    springls__vec3 at;
-    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
-    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
-    int e, m;
-    at.x = springls__vec_load(x);
-    at.y = springls__vec_load(y);
-    at.z = springls__vec_load(z);
-    for (e = 0; e < 3; e++) {
-        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
-        springls__vmask nearer = d < best;
-        best = springls__vec_select(nearer, d, best);
-        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
-    }
-    springls__vec_store(d2s, best);
-    springls__vec_store(edges, found);
-    for (m = 0; m < 3; m++) {
-        d2[m] = d2s[m];
-        edge[m] = (int)edges[m];
-    }
-}
-
-#endif
-
-/* ======== >>lanes_rows  (src/lanes_rows.h) ===================================================================== */
-/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
-
-#if SPRINGLS__LANES
-
-/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
-SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
-{
-    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
-    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
-    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
-    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
-    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
-                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
-                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
-    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
-}
-
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec best = springls__vec_load(row + i), within = best + reach;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
-        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
-        springls__vec_store(row + i, best);
-    }
-}
-
-/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
-   sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
-        springls__vmask counts;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
-        if (!springls__vmask_any(counts)) continue;
-        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
-        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
-        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
-        springls__vec_store(side + i, springls__vec_load(side + i) + height);
-    }
-}
-
-typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
-
-SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
-{
-    springls__vec_cross7 v;
-    v.c = springls__vec_load(t);
-    v.xm = springls__vec_load(t - 1);
-    v.xp = springls__vec_load(t + 1);
-    v.ym = springls__vec_load(t - SPRINGLS__TILE);
-    v.yp = springls__vec_load(t + SPRINGLS__TILE);
-    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
-    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
-    return v;
-}
-
-/* f times the upwind difference of phi */
-SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
-{
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
-}
-
-/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
-    springls__vmask inside = springls__vec_abs(v.c) <= width;
-    springls__vec change;
-    if (!springls__vmask_any(inside)) {
-        springls__vec_store(out, v.c);
-        return;
-    }
-    o = springls__tile_cross_lanes(omega);
-    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
-           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
-           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
-    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-    springls__vec_store(out, springls__vec_select(inside, change, v.c));
-}
-
-SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
-{
-    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-    springls__vmask inside = v.c < 0.0f;
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
-{
-    springls__vec flat = springls__vec_abs(0.5f * (p - m));
-    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
-    return slope * slope;
-}
-
-SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
-{
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
-    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
-    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
-    return v.c / (1.0f + share * excess);
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
-{
-    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
-    springls__vmask inside = c < 0.0f;
-    int i;
-    for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
-        lo = springls__vec_min(lo, v);
-        hi = springls__vec_max(hi, v);
-    }
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
-    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    if (springls__vmask_any(crossed | edge)) {
-        own = springls__interface_distance_lanes(v);
-        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
-        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
-        d = springls__vec_select(crossed, own, d);
-    }
-    springls__vec_store(out, d);
-}
-
-SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
-{
-    const springls__vec zero = springls__vec_all(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
-    springls__vec one = a + 1.0f, two, three, sum, d;
-    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
-    sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
-    d = springls__vec_select(one > b, two, one);
-    return springls__vec_select(d > c, three, d);
-}
-
-SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
-    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
-    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
-    springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
-    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(kept, v.c, d));
-}
-
-SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
-}
-
-#endif
-
-/* ======== >>lanes_project  (src/lanes_project.h) =============================================================== */
-/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
-   offset: from the particle to the row's first voxel. */
-
-#if SPRINGLS__LANES
-
-static const float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-
-SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
-{
-    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
-}
-
-SPRINGLS__FN void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec best = springls__vec_load(sums->nearest2 + i);
-        springls__vmask nearer = d2 < best;
-        if (!springls__vmask_any(nearer)) continue;
-        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
-        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
-        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
-    }
-}
-
-SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
-{
-    float *at = &sums->sum[member][i];
-    springls__vec_store(at, springls__vec_load(at) + value);
-}
-
-SPRINGLS__FN void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
-{
-    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
-    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
-    springls__vec zero = springls__vec_all(0.0f);
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
-        if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
-              + springls__vec_load(sums->facing[2] + i) * s.n.z;
-        w = w * w;
-        w = springls__vec_select(along > 0.4f, w * w, zero);
-        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
-        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
-    }
-}
-
-SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
-{
-    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
-}
-
-/* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v;
-        springls__vec sum, nearest;
-        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
-        if (!springls__vmask_any(doubtful)) {
-            springls__vec_store(out + i, springls__vec_load(phi + i));
-            continue;
-        }
-        v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
-            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
-        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
-                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
-                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
-        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
-        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
-        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
-    }
-}
-
-/* springls__without_speck; true when there was one. */
-SPRINGLS__FN bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
-        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vmask_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-#endif
-
 /* ======== >>lanes_relax  (src/lanes_relax.h) =================================================================== */
 /* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, springls__vec x)
 {
@@ -5710,7 +6117,7 @@ SPRINGLS__RANGE(relax)
 /* ======== >>lanes_advect  (src/lanes_advect.h) ================================================================= */
 /* lanes_advect.h - springls__deformation_velocity of kernels_embed/advect.h for a few points at a time. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 /* All points but the last few; returns how many. */
 SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
@@ -6364,6 +6771,8 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 /* ======== >>transform  (src/transform.h) ======================================================================= */
 /* transform.h - between the voxels of a grid and the world. */
 
+SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
+
 /* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
@@ -6420,13 +6829,6 @@ SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx,
 /* ======== >>advect  (src/advect.h) ============================================================================= */
 /* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
 
-/* A sampled field ready for use: from the model's voxels to its own samples. */
-typedef struct springls__field {
-    const float *data;
-    float from_voxel[12];
-    int size[3], channels;
-} springls__field;
-
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
 {
@@ -6434,7 +6836,6 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     int axis, column, k;
     memset(field, 0, sizeof *field);
     if (!given->data) return SPRINGLS_OK;
-    field->data = given->data;
     field->channels = channels;
     if (given->grid.size[0] == 0 && given->grid.size[1] == 0 && given->grid.size[2] == 0) { /* the model's own */
         for (axis = 0; axis < 3; axis++) {
@@ -6456,56 +6857,19 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN void springls__field_sample(const springls__field *field, springls__v3 x, float *out)
-{
-    const float *m = field->from_voxel;
-    float f[3], corner[8];
-    int i[3], axis, channel, c;
-    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];
-    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];
-    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];
-    for (axis = 0; axis < 3; axis++) {
-        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));
-        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);
-        f[axis] -= (float)i[axis];
-    }
-    for (channel = 0; channel < field->channels; channel++) {
-        for (c = 0; c < 8; c++) {
-            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
-            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
-            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
-            corner[c] = field->data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
-        }
-        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
-    }
-}
-
-/* The points of a springl that move: its particle, and its vertices. */
-enum { SPRINGLS__MOVERS = 4, SPRINGLS__ADVECT_BLOCK = 128 };
+enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
 
 typedef struct springls__advect_job {
     springls_context *ctx;
     const springls_forces *forces;
-    springls__field pressure, velocity;
-    float pressure_weight, velocity_weight, affine_weight;
-    float dt, stage_time[4]; /* of the Runge-Kutta stages */
-    bool stop_at_topology;
-    springls__v3 *displacement; /* MOVERS a springl */
+    springls__force_rule rule;
+    float affine_weight;
+    springls__movers *displacement;
     struct springls__block_motion *motion; /* one a block */
 } springls__advect_job;
 
 /* What a block's displacements come to. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
-
-/* Mean curvature of phi at x: the Laplacian of a distance. */
-SPRINGLS__FN float springls__curvature_at(const springls__grid *g, springls__v3 x)
-{
-    float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
-    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
-}
 
 /* sigma of eq. 1 at points[0..count). */
 SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time, springls__v3 *out)
@@ -6517,12 +6881,12 @@ SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls
     if (forces->velocity) {
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->velocity_weight);
+            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->rule.velocity_weight);
     }
-    if (!job->velocity.data) return;
+    if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
-        springls__field_sample(&job->velocity, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->velocity_weight);
+        springls__field_sample(&job->rule.velocity, forces->velocity_grid.data, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->rule.velocity_weight);
     }
 }
 
@@ -6535,12 +6899,12 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
     int i;
     if (forces->pressure) {
         forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[i]);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[i]);
     }
-    if (job->pressure.data) {
+    if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
-            springls__field_sample(&job->pressure, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[0]);
+            springls__field_sample(&job->rule.pressure, forces->pressure_grid.data, points[i], buffer);
+            out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
@@ -6583,17 +6947,17 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         }
 }
 
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__v3 *displacement, int count)
+SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
     springls__block_motion motion;
-    int i;
+    int i, m;
     motion.largest2 = 0.0f;
     motion.moving = 0;
     motion.finite = 1;
-    for (i = 0; i < SPRINGLS__MOVERS * count; i++) {
-        float d2 = springls__length2(displacement[i]);
-        if (!(d2 < 1e18f)) motion.finite = 0;
-        if (i % SPRINGLS__MOVERS) continue;
+    for (i = 0; i < count; i++) {
+        float d2 = springls__length2(displacement[i].x[0]);
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) motion.finite = 0;
         motion.largest2 = springls__max(motion.largest2, d2);
         motion.moving += d2 > 1e-4f;
     }
@@ -6612,27 +6976,27 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(job, x, a, count, job->stage_time[0], k1);
+    springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
     if (job->forces->integrator == SPRINGLS_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->dt);
+        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[1], k2);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[2], k3);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[3], k4);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->dt);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[1], k2);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[2], k3);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[3], k4);
+        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = job->displacement + (size_t)(first + i) * SPRINGLS__MOVERS;
+        springls__v3 *d = job->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (job->stop_at_topology
+        if (job->rule.stop_at_topology
             && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
                                           d[0], springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + (size_t)first * SPRINGLS__MOVERS, count);
+    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
@@ -6656,30 +7020,18 @@ SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, con
     if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     job->ctx = ctx;
     job->forces = forces;
-    job->pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
-    job->velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
+    job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->dt = dt;
-    job->stage_time[0] = time;
-    job->stage_time[1] = job->stage_time[2] = time + 0.5f * spread;
-    job->stage_time[3] = time + spread;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->pressure));
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->velocity));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
-    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
-}
-
-SPRINGLS__FN void springls__move_task(void *arg, int begin, int end)
-{
-    const springls__advect_job *job = (const springls__advect_job *)arg;
-    int m;
-    for (; begin < end; begin++) {
-        springls__springl *s = &job->ctx->model.set.s[begin];
-        const springls__v3 *d = job->displacement + (size_t)begin * SPRINGLS__MOVERS;
-        s->p = springls__add(s->p, d[0]);
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
-        *s = springls__springl_finished(*s);
-    }
+    job->rule.dt = dt;
+    job->rule.stage_time[0] = time;
+    job->rule.stage_time[1] = job->rule.stage_time[2] = time + 0.5f * spread;
+    job->rule.stage_time[3] = time + spread;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity));
+    job->rule.euler = forces->integrator == SPRINGLS_EULER;
+    job->rule.curvature_weight = forces->curvature_weight;
+    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement);
 }
 
 /* The largest particle displacement, or a negative number when any point's is not finite. */
@@ -6696,6 +7048,81 @@ SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *jo
     return springls__sqrt(largest2);
 }
 
+/* Displacements by the host's threads, which callbacks want. */
+SPRINGLS__FN springls_status springls__displace_here(springls__advect_job *job, float *moved, int *moving)
+{
+    springls_context *ctx = job->ctx;
+    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
+    *moved = springls__largest_displacement(job, moving);
+    return SPRINGLS_OK;
+}
+
+/* Can the device take these forces by itself? */
+SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
+{
+    const springls_forces *forces = job->forces;
+    float *n = job->rule.flow_numbers;
+    if (forces->pressure || forces->affine) return false;
+    job->rule.flow = SPRINGLS__FLOW_NONE;
+    if (forces->velocity == springls_velocity_deformation) {
+        const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
+        job->rule.flow = SPRINGLS__FLOW_DEFORMATION;
+        n[0] = flow->grid_size;
+        n[1] = flow->period;
+    } else if (forces->velocity == springls_velocity_rotation) {
+        const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
+        springls__v3 axis = springls__normalize(springls__load3(flow->axis));
+        job->rule.flow = SPRINGLS__FLOW_ROTATION;
+        memcpy(n, flow->center, 3 * sizeof *n);
+        n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
+        n[6] = flow->angular_velocity;
+    } else if (forces->velocity) {
+        if (!job->ctx->backend->user_velocity || forces->velocity != job->ctx->backend->user_velocity) return false;
+        job->rule.flow = SPRINGLS__FLOW_USER;
+    }
+    return true;
+}
+
+/* A sampled field goes to the device once as long as its version stays. */
+SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array, const springls_sampled_field *given,
+                                                       const springls__field *field)
+{
+    springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
+    size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
+    if (!given->data) return SPRINGLS_OK;
+    if (given->version && given->version == last->version && given->data == last->data) return SPRINGLS_OK;
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
+    *last = *given;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job, float *moved, int *moving)
+{
+    springls_context *ctx = job->ctx;
+    int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces->pressure_grid, &job->rule.pressure));
+    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces->velocity_grid, &job->rule.velocity));
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
+    if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+        SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
+    springls__run(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job());
+    *moved = springls__sqrt(springls__largest(ctx, 1, count));
+    *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    if (!(*moved < 1e9f)) *moved = -1.0f;
+    return ctx->backend_status;
+}
+
+SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
+{
+    if (job->ctx->on_device && springls__device_knows(job)) return springls__displace_there(job, moved, moving);
+    return springls__displace_here(job, moved, moving);
+}
+
 /* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
    *moved: how far the fastest one goes. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology,
@@ -6703,15 +7130,13 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
 {
     springls__advect_job job;
     int moving;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__use_device(ctx);
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
-    job.stop_at_topology = stop_at_topology;
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
-    *moved = springls__largest_displacement(&job, &moving);
+    job.rule.stop_at_topology = stop_at_topology;
+    SPRINGLS__TRY(springls__displace(&job, moved, &moving));
     if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S)));
-    springls__parallel(ctx, ctx->model.set.count, 512, springls__move_task, &job);
+    springls__run(ctx, SPRINGLS__KERNEL_move, ctx->model.set.count, springls__no_job());
     ctx->stats.moved = *moved;
     ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
     springls__constellation_moved(ctx);
@@ -6726,7 +7151,7 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
+    status = springls__told(ctx, springls__advect(ctx, forces, time, dt, false, 0.0f, &moved));
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     return status;
 }
@@ -6742,10 +7167,9 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     euler = *forces;
     euler.integrator = SPRINGLS_EULER;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__use_device(ctx);
     SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
-    *speed = springls__largest_displacement(&job, &moving);
+    SPRINGLS__TRY(springls__told(ctx, springls__displace(&job, speed, &moving)));
     if (*speed < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
     return SPRINGLS_OK;
 }
@@ -7343,110 +7767,15 @@ SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
    is the object. With project_level_set the springls then say on which side of them a voxel lies: narrow clefts, pockets
    and hollows that the background cannot reach are outside as well. */
 
-/* Blocks closer than this to a springl stop the background. */
-static const float springls__shell = 1.5f;
-
-typedef struct springls__grow_job { springls_context *ctx; int block; uint8_t *grew; } springls__grow_job;
-
-SPRINGLS__FN bool springls__background_at(const springls__grid *g, int x, int y, int z)
-{
-    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
-}
-
-/* One growth of the background by a block of 4, 2 or 1 voxels, inside active bricks: phi (+1 background, -1 not yet) to
-   phi_next. All voxels of a block are alike, so one voxel of a neighbour block speaks for it. */
-SPRINGLS__FN void springls__grow_task(void *arg, int begin, int end)
-{
-    const springls__grow_job *job = (const springls__grow_job *)arg;
-    const springls__grid *g = &job->ctx->model.grid;
-    const int b = job->block;
-    int x, y, z, i, j, k;
-    for (; begin < end; begin++) {
-        int slot = g->active[begin], o[3];
-        const float *omega = g->omega + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-        const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-        float *next = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-        springls__slot_origin(g, slot, o);
-        job->grew[begin] = 0;
-        memcpy(next, phi, SPRINGLS__BRICK_VOXELS * sizeof *next);
-        for (z = 0; z < 8; z += b)
-            for (y = 0; y < 8; y += b)
-                for (x = 0; x < 8; x += b) {
-                    float nearest = FLT_MAX;
-                    if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
-                    if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
-                        && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
-                        && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
-                        continue;
-                    for (k = z; k < z + b; k++)
-                        for (j = y; j < y + b; j++)
-                            for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-                    if (nearest <= springls__shell) continue;
-                    job->grew[begin] = 1;
-                    for (k = z; k < z + b; k++)
-                        for (j = y; j < y + b; j++)
-                            for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;
-                }
-    }
-}
-
-SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
-{
-    springls__grow_job job;
-    int i;
-    bool grew = true;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, (void **)&job.grew));
-    job.ctx = ctx;
-    job.block = block;
-    for (; grew && iterations > 0; iterations--) {
-        springls__parallel(ctx, ctx->model.grid.active_count, 8, springls__grow_task, &job);
-        springls__swap_phi(ctx);
-        for (grew = false, i = 0; i < ctx->model.grid.active_count; i++) grew = grew || job.grew[i];
-    }
-    return SPRINGLS_OK;
-}
-
-enum { SPRINGLS__OPEN = 0, SPRINGLS__BLOCKED = 1, SPRINGLS__BACKGROUND = 2 };
-
-/* One sweep of the background by blocks of `step` bricks; a block with a blocked brick stays. Returns whether it grew. */
-SPRINGLS__FN bool springls__grow_bricks(const springls__grid *g, uint8_t *state, int step)
-{
-    const int *n = g->bricks;
-    int x, y, z, i, j, k, d;
-    bool grew = false;
-    for (z = 0; z < n[2]; z += step)
-        for (y = 0; y < n[1]; y += step)
-            for (x = 0; x < n[0]; x += step) {
-                int hi[3];
-                bool open = true, touches = x == 0 || y == 0 || z == 0 || x + step >= n[0] || y + step >= n[1] || z + step >= n[2];
-                hi[0] = springls__imin(x + step, n[0]);
-                hi[1] = springls__imin(y + step, n[1]);
-                hi[2] = springls__imin(z + step, n[2]);
-                if (state[x + n[0] * (y + n[1] * z)] == SPRINGLS__BACKGROUND) continue;
-                for (d = 0; d < 6 && !touches; d++) { /* blocks are uniform: one brick of the neighbour block speaks */
-                    int nx = x + (d == 0 ? -1 : d == 1 ? step : 0), ny = y + (d == 2 ? -1 : d == 3 ? step : 0), nz = z + (d == 4 ? -1 : d == 5 ? step : 0);
-                    touches = state[nx + n[0] * (ny + n[1] * nz)] == SPRINGLS__BACKGROUND;
-                }
-                for (k = z; k < hi[2] && open && touches; k++)
-                    for (j = y; j < hi[1] && open; j++)
-                        for (i = x; i < hi[0] && open; i++) open = state[i + n[0] * (j + n[1] * k)] != SPRINGLS__BLOCKED;
-                if (!open || !touches) continue;
-                grew = true;
-                for (k = z; k < hi[2]; k++)
-                    for (j = y; j < hi[1]; j++)
-                        for (i = x; i < hi[0]; i++) state[i + n[0] * (j + n[1] * k)] = SPRINGLS__BACKGROUND;
-            }
-    return grew;
-}
-
 /* Bricks within the band of any springl; everything else is dropped first. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
     size_t total = 0;
-    springls__grid_clear(ctx, g);
     springls__constellation_changed(ctx);
+    if (ctx->on_device) return ctx->backend->bricks_around_springls(ctx);
+    springls__grid_clear(ctx, g);
     for (pass = 0; pass < 2; pass++) {
         if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
         for (total = 0, i = 0; i < ctx->model.set.count; i++) {
@@ -7461,42 +7790,48 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     return springls__grid_add_bricks(ctx, list, (int)total);
 }
 
-/* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__FN void springls__sides_task(void *arg, int begin, int end)
+/* The background grows through bricks: the coarse levels of the paper, each to its end. In SCRATCH2. */
+SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
-    const springls_context *ctx = (const springls_context *)arg;
     const springls__grid *g = &ctx->model.grid;
-    const float capture = ctx->model.params.capture;
-    float side[SPRINGLS__BRICK_VOXELS];
-    int y, z, v, o[3];
-    uint32_t k;
-    for (; begin < end; begin++) {
-        float *phi = g->phi + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        const float *omega = g->omega + (size_t)g->active[begin] * SPRINGLS__BRICK_VOXELS;
-        springls__slot_origin(g, g->active[begin], o);
-        memset(side, 0, sizeof side);
-        for (k = ctx->model.cells.near_first[begin]; k < ctx->model.cells.near_first[begin + 1]; k++) {
-            const springls__springl *s = &ctx->model.set.s[ctx->model.cells.near_ids[k]];
-            springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-            float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
-            int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
-            int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
-            for (z = z0; z <= z1; z++)
-                for (y = y0; y <= y1; y++) {
-                    int row = 8 * y + 64 * z;
-                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
-                }
-        }
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+    int step = 1, axis, lines;
+    SPRINGLS__TRY(springls__scratch(ctx, 2, springls__brick_count(g), 1, NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, springls__brick_count(g) * 3, 1, NULL)); /* more than there are lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), springls__no_job());
+    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
+    for (; step >= 1; step /= 2)
+        do {
+            for (axis = lines = 0; axis < 3; axis++) {
+                springls__job job = springls__job_of(axis);
+                job.i[1] = step;
+                job.i[2] = lines;
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), job);
+                lines += springls__lines_along(g, axis, step);
+            }
+        } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, lines, 1) > 0);
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), springls__no_job());
+    return SPRINGLS_OK;
+}
+
+/* ... and by blocks of voxels in the active bricks. */
+SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int block, int iterations)
+{
+    const int bricks = ctx->model.grid.active_count;
+    bool grew = true;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
+    for (; grew && iterations > 0; iterations--) {
+        springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, springls__job_of(block));
+        springls__swap_phi(ctx);
+        grew = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, bricks, 1) > 0;
     }
+    return SPRINGLS_OK;
 }
 
 /* A connected part of the foreground that no springl is near: the inside of the object, a hollow in it, a pocket with a
    narrow entrance. It is on one side as a whole: that of most voxels around it. */
 typedef struct springls__region {
     springls_context *ctx;
-    uint8_t *state;       /* of the bricks                                              */
+    uint8_t *state;       /* of the bricks, in SCRATCH2                                 */
     int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
     int64_t count, votes; /* votes: voxels around it that are outside less those inside */
 } springls__region;
@@ -7510,10 +7845,9 @@ SPRINGLS__FN int64_t springls__active_voxel(const springls__grid *g, int64_t i)
     return (int64_t)g->active[i / SPRINGLS__BRICK_VOXELS] * SPRINGLS__BRICK_VOXELS + i % SPRINGLS__BRICK_VOXELS;
 }
 
-SPRINGLS__FN bool springls__unsettled(const springls__region *r, int64_t v)
+SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
 {
-    const springls__grid *g = &r->ctx->model.grid;
-    return g->omega[v] >= r->ctx->model.params.capture && g->phi[v] < 0.0f && g->phi[v] != springls__counted;
+    return springls__unsettled(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
 SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int z)
@@ -7532,7 +7866,7 @@ SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int 
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
     if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
-    if (!springls__unsettled(r, v)) return;
+    if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
 }
@@ -7573,59 +7907,41 @@ SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
     }
 }
 
-SPRINGLS__FN springls_status springls__sides_of_springls(springls_context *ctx, uint8_t *state, size_t bricks)
+/* Regions one after the other, each flooded from its first voxel. */
+SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
     void *memory;
-    size_t room = bricks;
+    size_t room = springls__brick_count(g);
     int64_t v;
-    springls__parallel(ctx, g->active_count, 4, springls__sides_task, ctx);
+    if (ctx->on_device) return ctx->backend->settle_regions(ctx);
     region.ctx = ctx;
-    region.state = state;
-    for (v = 0; v < voxels; v++) room += springls__unsettled(&region, springls__active_voxel(g, v));
+    region.state = (uint8_t *)ctx->model.scratch[2];
+    for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;
     for (v = 0; v < voxels; v++)
-        if (springls__unsettled(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
+        if (springls__uncounted(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
     return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    size_t bricks = (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2], b;
-    uint8_t *state;
-    int i, v, step = 1;
-    SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
     SPRINGLS__TRY(springls__bricks_around_springls(ctx));
     SPRINGLS__TRY(springls__omega_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, bricks, 1, (void **)&state));
-    memset(state, SPRINGLS__OPEN, bricks);
-    for (i = 0; i < g->active_count; i++) {
-        const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        float nearest = FLT_MAX;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) nearest = springls__min(nearest, omega[v]);
-        if (nearest <= springls__shell) state[g->slot_brick[g->active[i]]] = SPRINGLS__BLOCKED;
-    }
-    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2) /* the paper's coarse levels, each to its end */
-        while (springls__grow_bricks(g, state, step)) continue;
-    for (b = 0; b < bricks; b++)
-        if (g->top[b] < SPRINGLS__FIRST_SLOT) g->top[b] = state[b] == SPRINGLS__BACKGROUND ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
-    for (i = 0; i < g->active_count; i++)
-        springls__fill(g->phi, g->active[i], state[g->slot_brick[g->active[i]]] == SPRINGLS__BACKGROUND ? 1.0f : -1.0f);
+    SPRINGLS__TRY(springls__grow_bricks(ctx));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
     SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__sides_of_springls(ctx, state, bricks));
-    for (i = 0; i < g->active_count; i++) {
-        float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
+    if (ctx->model.params.project_level_set) {
+        springls__run(ctx, SPRINGLS__KERNEL_sides, g->active_count, springls__no_job());
+        SPRINGLS__TRY(springls__settle_regions(ctx));
     }
+    springls__run(ctx, SPRINGLS__KERNEL_with_sign, g->active_count, springls__no_job());
     springls__phi_in_step(ctx);
     return springls__rebuild(ctx);
 }
@@ -8329,6 +8645,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
         if (status != SPRINGLS_OK || longest == 0.0f || *moved <= longest) break;
         *dt *= springls__max(0.95f * longest / *moved, 0.1f);
     }
+    status = springls__told(ctx, status);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
     ctx->time += (double)*dt;
@@ -8889,8 +9206,6 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
 /* shapes.h - ready-made implicit functions for springls_set_implicit: exact signed distances, negative inside.
    The one exception is the inside of merged spheres near a point that three of them share: there it is a lower bound. */
 
-SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
-
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out)
 {
     const springls_sphere *s = (const springls_sphere *)sphere;
@@ -9078,6 +9393,7 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
+    SPRINGLS__TRY(springls__use_host(ctx, true));
     SPRINGLS__TRY(springls__reference_copy(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
@@ -10838,7 +11154,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 968 \"springls.h\"\n",
+    "#line 969 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -10849,6 +11165,14 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
+    "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
+    "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
+    "      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \\\n",
+    "      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \\\n",
+    "      {                                                                                                                   \\\n",
+    "          float3 v = springls_velocity((float3)(x.x, x.y, x.z), time, user);                                              \\\n",
+    "          return springls__v3_make(v.x, v.y, v.z);                                                                        \\\n",
+    "      }\n",
     "  typedef uchar uint8_t;\n",
     "  typedef int int32_t;\n",
     "  typedef uint uint32_t;\n",
@@ -10866,6 +11190,14 @@ static const char *const springls__kernel_lines[] = {
     "    #define SPRINGLS__MATHS static inline\n",
     "  #endif\n",
     "  #define SPRINGLS__GLOBAL\n",
+    "  /* Never called: on the host it is a callback. */\n",
+    "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
+    "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
+    "      {                                                                                                                   \\\n",
+    "          (void)time;                                                                                                     \\\n",
+    "          (void)user;                                                                                                     \\\n",
+    "          return x;                                                                                                       \\\n",
+    "      }\n",
     "  #define SPRINGLS__CONST static const\n",
     "  #define springls__sqrt(x)   sqrtf(x)\n",
     "  #define springls__fabs(x)   fabsf(x)\n",
@@ -10879,7 +11211,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1010 \"springls.h\"\n",
+    "#line 1027 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11022,7 +11354,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1154 \"springls.h\"\n",
+    "#line 1171 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11089,7 +11421,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1222 \"springls.h\"\n",
+    "#line 1239 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11151,6 +11483,13 @@ static const char *const springls__kernel_lines[] = {
     "    int large_count;\n",
     "} springls__cells;\n",
     "\n",
+    "/* Forces that kernels can take by themselves (advect.h). */\n",
+    "struct springls__force_rule;\n",
+    "typedef struct springls__forces_here {\n",
+    "    SPRINGLS__GLOBAL struct springls__force_rule *rule;\n",
+    "    SPRINGLS__GLOBAL float *pressure, *velocity, *user;\n",
+    "} springls__forces_here;\n",
+    "\n",
     "#define SPRINGLS__SCRATCHES 8\n",
     "\n",
     "typedef struct springls__model {\n",
@@ -11160,6 +11499,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cells cells;\n",
     "    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */\n",
     "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */\n",
+    "    springls__forces_here force;        /* what moves it, where no callback does                                */\n",
     "    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */\n",
     "    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */\n",
     "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
@@ -11183,6 +11523,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \\\n",
     "    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \\\n",
     "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \\\n",
+    "    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \\\n",
+    "    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \\\n",
     "    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \\\n",
     "    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)\n",
     "\n",
@@ -11312,7 +11654,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1446 \"springls.h\"\n",
+    "#line 1473 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11552,7 +11894,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1687 \"springls.h\"\n",
+    "#line 1714 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -11680,7 +12022,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1816 \"springls.h\"\n",
+    "#line 1843 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -11798,7 +12140,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1935 \"springls.h\"\n",
+    "#line 1962 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -11860,7 +12202,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 1998 \"springls.h\"\n",
+    "#line 2025 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -11893,7 +12235,172 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 2032 \"springls.h\"\n",
+    "\n",
+    "/* A sampled field: from the model's voxels to its own samples. */\n",
+    "typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)\n",
+    "{\n",
+    "    const float *m = field->from_voxel;\n",
+    "    float f[3], corner[8];\n",
+    "    int i[3], axis, channel, c;\n",
+    "    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];\n",
+    "    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];\n",
+    "    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));\n",
+    "        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);\n",
+    "        f[axis] -= (float)i[axis];\n",
+    "    }\n",
+    "    for (channel = 0; channel < field->channels; channel++) {\n",
+    "        for (c = 0; c < 8; c++) {\n",
+    "            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);\n",
+    "            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);\n",
+    "            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);\n",
+    "            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];\n",
+    "        }\n",
+    "        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Mean curvature of phi at x: the Laplacian of a distance. */\n",
+    "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    float c = springls__grid_sample(g, g->phi, x);\n",
+    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
+    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
+    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
+    "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
+    "}\n",
+    "\n",
+    "/* What moves springls (eq. 1), where no callback has a part in it. */\n",
+    "#define SPRINGLS__FLOW_NONE 0\n",
+    "#define SPRINGLS__FLOW_DEFORMATION 1\n",
+    "#define SPRINGLS__FLOW_ROTATION 2\n",
+    "#define SPRINGLS__FLOW_USER 3\n",
+    "\n",
+    "typedef struct springls__force_rule {\n",
+    "    springls__field pressure, velocity; /* channels 0: none */\n",
+    "    float pressure_weight, velocity_weight, curvature_weight;\n",
+    "    int flow;\n",
+    "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
+    "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
+    "    int euler, stop_at_topology, pad[1];\n",
+    "} springls__force_rule;\n",
+    "\n",
+    "SPRINGLS__USER_VELOCITY\n",
+    "\n",
+    "/* sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)\n",
+    "{\n",
+    "    const float *n = rule->flow_numbers;\n",
+    "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    float v[3];\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], n[1], time);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
+    "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
+    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);\n",
+    "    if (rule->velocity.channels == 0) return out;\n",
+    "    springls__field_sample(&rule->velocity, model->force.velocity, x, v);\n",
+    "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
+    "}\n",
+    "\n",
+    "/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)\n",
+    "{\n",
+    "    float rho;\n",
+    "    if (rule->pressure.channels != 0) {\n",
+    "        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);\n",
+    "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
+    "    }\n",
+    "    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
+    "    return out;\n",
+    "}\n",
+    "\n",
+    "/* The points of a springl that move: its particle, and its vertices. */\n",
+    "#define SPRINGLS__MOVERS 4\n",
+    "\n",
+    "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
+    "\n",
+    "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
+    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)\n",
+    "{\n",
+    "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
+    "    springls__movers slope;\n",
+    "    int m;\n",
+    "    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
+    "    if (!model->params.vertex_velocity) {\n",
+    "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
+    "        return slope;\n",
+    "    }\n",
+    "    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);\n",
+    "    return slope;\n",
+    "}\n",
+    "\n",
+    "/* x + s k, for all. */\n",
+    "SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)\n",
+    "{\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);\n",
+    "    return at;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)\n",
+    "{\n",
+    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
+    "    int m;\n",
+    "    if (rule->euler) {\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);\n",
+    "        return k1;\n",
+    "    }\n",
+    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);\n",
+    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);\n",
+    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
+    "    return k1;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:\n",
+    "   whether it moves. */\n",
+    "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__force_rule rule = *model->force.rule;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__movers at, d;\n",
+    "    float d2;\n",
+    "    int m, finite = 1;\n",
+    "    (void)job;\n",
+    "    at.x[0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    d = springls__displacement_of(model, &rule, at);\n",
+    "    if (rule.stop_at_topology\n",
+    "        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),\n",
+    "                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],\n",
+    "                                      springls__springl_normal(s)))\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
+    "    d2 = springls__length2(d.x[0]);\n",
+    "    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;\n",
+    "    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;\n",
+    "}\n",
+    "\n",
+    "/* Moves springl i by its displacements in SCRATCH0. */\n",
+    "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    int m;\n",
+    "    (void)job;\n",
+    "    s.p = springls__add(s.p, d.x[0]);\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
+    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 2224 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12057,7 +12564,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2197 \"springls.h\"\n",
+    "#line 2389 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12083,7 +12590,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2224 \"springls.h\"\n",
+    "#line 2416 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12152,7 +12659,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2294 \"springls.h\"\n",
+    "#line 2486 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -12203,7 +12710,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2346 \"springls.h\"\n",
+    "#line 2538 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -12377,7 +12884,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2521 \"springls.h\"\n",
+    "#line 2713 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -12498,7 +13005,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2643 \"springls.h\"\n",
+    "#line 2835 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -12631,7 +13138,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2777 \"springls.h\"\n",
+    "#line 2969 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13036,7 +13543,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3183 \"springls.h\"\n",
+    "#line 3375 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13130,7 +13637,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3278 \"springls.h\"\n",
+    "#line 3470 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -13229,8 +13736,128 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3378 \"springls.h\"\n",
-    "/* unsigned_to_signed.h - the side of the springls that a point lies on. */\n",
+    "#line 3570 \"springls.h\"\n",
+    "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
+    "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
+    "\n",
+    "/* Blocks closer than this to a springl stop the background. */\n",
+    "#define SPRINGLS__SHELL 1.5f\n",
+    "\n",
+    "/* Of a brick. */\n",
+    "#define SPRINGLS__OPEN 0\n",
+    "#define SPRINGLS__BLOCKED 1\n",
+    "#define SPRINGLS__BACKGROUND 2\n",
+    "\n",
+    "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float nearest = FLT_MAX;\n",
+    "    int v;\n",
+    "    (void)job;\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "}\n",
+    "\n",
+    "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
+    "SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
+    "{\n",
+    "    int hi[3], x, y, z, axis;\n",
+    "    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);\n",
+    "    for (z = at[2]; z < hi[2]; z++)\n",
+    "        for (y = at[1]; y < hi[1]; y++)\n",
+    "            for (x = at[0]; x < hi[0]; x++)\n",
+    "                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;\n",
+    "    for (z = at[2]; z < hi[2]; z++)\n",
+    "        for (y = at[1]; y < hi[1]; y++)\n",
+    "            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */\n",
+    "SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)\n",
+    "{\n",
+    "    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);\n",
+    "}\n",
+    "\n",
+    "/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the\n",
+    "   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and\n",
+    "   axes makes no difference to where growth ends. */\n",
+    "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];\n",
+    "    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
+    "    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;\n",
+    "    int at[3], k;\n",
+    "    bool at_border, before = true, grew = false;\n",
+    "    at[b] = i % across * step;\n",
+    "    at[c] = i / across * step;\n",
+    "    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];\n",
+    "    for (k = 0; k < 2 * along; k++) {\n",
+    "        bool background;\n",
+    "        if (k == along) before = true;\n",
+    "        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;\n",
+    "        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;\n",
+    "        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;\n",
+    "        before = background;\n",
+    "    }\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;\n",
+    "}\n",
+    "\n",
+    "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    int v;\n",
+    "    (void)job;\n",
+    "    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
+    "    else\n",
+    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a\n",
+    "   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const int b = job.i[0];\n",
+    "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + first;\n",
+    "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
+    "    SPRINGLS__GLOBAL float *next = g->phi_next + first;\n",
+    "    uint8_t grew = 0;\n",
+    "    int o[3], x, y, z, i, j, k;\n",
+    "    springls__slot_origin(g, g->active[index], o);\n",
+    "    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];\n",
+    "    for (z = 0; z < 8; z += b)\n",
+    "        for (y = 0; y < 8; y += b)\n",
+    "            for (x = 0; x < 8; x += b) {\n",
+    "                float nearest = FLT_MAX;\n",
+    "                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;\n",
+    "                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)\n",
+    "                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)\n",
+    "                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))\n",
+    "                    continue;\n",
+    "                for (k = z; k < z + b; k++)\n",
+    "                    for (j = y; j < y + b; j++)\n",
+    "                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
+    "                if (nearest <= SPRINGLS__SHELL) continue;\n",
+    "                grew = 1;\n",
+    "                for (k = z; k < z + b; k++)\n",
+    "                    for (j = y; j < y + b; j++)\n",
+    "                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;\n",
+    "            }\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;\n",
+    "}\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
     "   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
@@ -13239,7 +13866,58 @@ static const char *const springls__kernel_lines[] = {
     "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
     "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
     "}\n",
-    "#line 3389 \"springls.h\"\n",
+    "\n",
+    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
+    "   sphere is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
+    "                                        SPRINGLS__GLOBAL const float *omega, float *side);\n",
+    "\n",
+    "/* Voxels that springls are near take the side of the nearest ones. */\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const float capture = model->params.capture;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    float side[SPRINGLS__BRICK_VOXELS];\n",
+    "    int y, z, v, o[3];\n",
+    "    uint32_t k;\n",
+    "    (void)job;\n",
+    "    springls__slot_origin(g, g->active[i], o);\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;\n",
+    "    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
+    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
+    "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
+    "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
+    "        for (z = z0; z <= z1; z++)\n",
+    "            for (y = y0; y <= y1; y++) {\n",
+    "                int row = 8 * y + 64 * z;\n",
+    "                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);\n",
+    "            }\n",
+    "    }\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)\n",
+    "        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
+    "}\n",
+    "\n",
+    "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
+    "SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)\n",
+    "{\n",
+    "    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* The side becomes the sign of the distance. */\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
+    "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
+    "    int v;\n",
+    "    (void)job;\n",
+    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
+    "}\n",
+    "#line 3752 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -13298,7 +13976,7 @@ static const char *const springls__kernel_lines[] = {
     "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
     "            }\n",
     "}\n",
-    "#line 3449 \"springls.h\"\n",
+    "#line 3812 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -13393,7 +14071,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3545 \"springls.h\"\n",
+    "#line 3908 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -13514,7 +14192,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 3667 \"springls.h\"\n",
+    "#line 4030 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -13790,7 +14468,7 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "}\n",
-    "#line 3944 \"springls.h\"\n",
+    "#line 4307 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -13968,7 +14646,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4123 \"springls.h\"\n",
+    "#line 4486 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14093,7 +14771,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4249 \"springls.h\"\n",
+    "#line 4612 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14188,69 +14866,593 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4345 \"springls.h\"\n",
-    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
-    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
-    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "#line 4708 \"springls.h\"\n",
+    "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
+    "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
+    "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
     "\n",
-    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
-    "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
-    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
-    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
-    "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
-    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \\\n",
-    "    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \\\n",
-    "    X(reshape, 256, SPRINGLS__BIT(S))                                                               \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \\\n",
-    "    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \\\n",
-    "    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \\\n",
-    "    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \\\n",
-    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \\\n",
-    "    X(track, 256, SPRINGLS__BIT(A))                                                                 \\\n",
-    "    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \\\n",
-    "    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \\\n",
-    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \\\n",
-    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \\\n",
-    "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
-    "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
-    "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
-    "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
-    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
-    "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
-    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
-    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
-    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
-    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
-    "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
-    "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
-    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
-    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
-    "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
-    "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
-    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
-    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
-    "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
-    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "#if defined(__OPENCL_VERSION__)\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__LANE static inline\n",
+    "typedef float8 springls__vec;\n",
+    "typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */\n",
+    "#define springls__vec_load(from) vload8(0, from)\n",
+    "#define springls__vec_store(to, v) vstore8(v, 0, to)\n",
+    "#define springls__vec_all(x) ((float8)(x))\n",
+    "#define springls__vec_select(where, yes, no) select(no, yes, where)\n",
+    "#define springls__vec_min(a, b) springls__vec_lesser(a, b)\n",
+    "#define springls__vec_max(a, b) springls__vec_greater(a, b)\n",
+    "#define springls__vec_abs(x) fabs(x)\n",
+    "#define springls__vec_sqrt(x) sqrt(x)\n",
+    "#define springls__vec_of_ints(k) convert_float8(k)\n",
+    "#define springls__vec_to_ints(x) convert_int8(x)\n",
+    "#define springls__vec_of_bits(bits) as_float8(bits)\n",
+    "#define springls__vmask_any(where) any(where)\n",
+    "static inline springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
+    "static inline springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
     "\n",
-    "/* Those whose loop is in lanes_*.h. */\n",
-    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
-    "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
+    "#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)\n",
+    "#if defined(__AVX2__)\n",
+    "#include <immintrin.h>\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps\n",
+    "typedef __m256 springls__simd;\n",
+    "#else\n",
+    "#define SPRINGLS__LANES 4\n",
+    "#if defined(__SSE2__)\n",
+    "#include <emmintrin.h>\n",
+    "#define SPRINGLS__SIMD(operation) _mm_##operation##_ps\n",
+    "typedef __m128 springls__simd;\n",
+    "#endif\n",
+    "#endif\n",
     "\n",
-    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,\n",
-    "   and elements that a core of a processor takes at once. */\n",
-    "#define SPRINGLS__COLLECTIVES(X)                                                                      \\\n",
-    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \\\n",
-    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \\\n",
-    "    X(counts_clear, 16)                                                                               \\\n",
-    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
-    "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
-    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
-    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \\\n",
-    "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
-    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)\n",
-    "#line 4621 \"springls.h\"\n",
+    "#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline\n",
+    "\n",
+    "typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));\n",
+    "typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */\n",
+    "typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));\n",
+    "\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_all(float x)\n",
+    "{\n",
+    "    springls__vec v = { 0 };\n",
+    "    return x - v; /* x + 0 would lose the sign of -0 */\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)\n",
+    "{\n",
+    "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
+    "}\n",
+    "\n",
+    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a < b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a > b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)\n",
+    "{\n",
+    "    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);\n",
+    "    return (springls__vec)((springls__vmask)x & ~sign);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);\n",
+    "#else\n",
+    "    springls__vec r = x;\n",
+    "    int i;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);\n",
+    "    return r;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;\n",
+    "#else\n",
+    "    int i, any = 0;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];\n",
+    "    return any != 0;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)\n",
+    "#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)\n",
+    "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
+    "#endif\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)\n",
+    "{\n",
+    "    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));\n",
+    "}\n",
+    "\n",
+    "/* x rounded down, for |x| < 2^31. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)\n",
+    "{\n",
+    "    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));\n",
+    "    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)\n",
+    "{\n",
+    "    springls__vec3 r;\n",
+    "    r.x = springls__vec_all(v.x);\n",
+    "    r.y = springls__vec_all(v.y);\n",
+    "    r.z = springls__vec_all(v.z);\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    a.x += b.x;\n",
+    "    a.y += b.y;\n",
+    "    a.z += b.z;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    a.x -= b.x;\n",
+    "    a.y -= b.y;\n",
+    "    a.z -= b.z;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)\n",
+    "{\n",
+    "    a.x *= s;\n",
+    "    a.y *= s;\n",
+    "    a.z *= s;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "/* a + s b */\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)\n",
+    "{\n",
+    "    a.x += b.x * s;\n",
+    "    a.y += b.y * s;\n",
+    "    a.z += b.z * s;\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)\n",
+    "{\n",
+    "    springls__vec3 r;\n",
+    "    r.x = a.y * b.z - a.z * b.y;\n",
+    "    r.y = a.z * b.x - a.x * b.z;\n",
+    "    r.z = a.x * b.y - a.y * b.x;\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)\n",
+    "{\n",
+    "    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);\n",
+    "    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);\n",
+    "    springls__vmask some = l2 > springls__vec_all(1e-30f);\n",
+    "    a = springls__vec3_scale(a, s);\n",
+    "    a.x = springls__vec_select(some, a.x, zero);\n",
+    "    a.y = springls__vec_select(some, a.y, zero);\n",
+    "    a.z = springls__vec_select(some, a.z, zero);\n",
+    "    return a;\n",
+    "}\n",
+    "\n",
+    "/* 2^k for whole k in [-126, 127]. */\n",
+    "SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)\n",
+    "{\n",
+    "    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)\n",
+    "{\n",
+    "    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);\n",
+    "    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
+    "    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
+    "                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
+    "    return e * springls__vec_power2(k);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)\n",
+    "{\n",
+    "    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);\n",
+    "    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));\n",
+    "    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));\n",
+    "    t = springls__vec_select(x < 0.0f, -t, t);\n",
+    "    return springls__vec_select(a < 0.25f, series, t);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)\n",
+    "{\n",
+    "    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
+    "                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
+    "    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)\n",
+    "{\n",
+    "    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);\n",
+    "    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);\n",
+    "    d = springls__vec3_mad(d, along, -s);\n",
+    "    return springls__vec3_dot(d, d);\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4949 \"springls.h\"\n",
+    "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
+    "{\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    springls__vec3 at;\n",
+    "    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);\n",
+    "    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];\n",
+    "    int e, m;\n",
+    "    at.x = springls__vec_load(x);\n",
+    "    at.y = springls__vec_load(y);\n",
+    "    at.z = springls__vec_load(z);\n",
+    "    for (e = 0; e < 3; e++) {\n",
+    "        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
+    "        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);\n",
+    "        springls__vmask nearer = d < best;\n",
+    "        best = springls__vec_select(nearer, d, best);\n",
+    "        found = springls__vec_select(nearer, springls__vec_all((float)e), found);\n",
+    "    }\n",
+    "    springls__vec_store(d2s, best);\n",
+    "    springls__vec_store(edges, found);\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        d2[m] = d2s[m];\n",
+    "        edge[m] = (int)edges[m];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 4981 \"springls.h\"\n",
+    "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "/* springls__tri_distance2 at x, x + (1, 0, 0), ... */\n",
+    "SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)\n",
+    "{\n",
+    "    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));\n",
+    "    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));\n",
+    "    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));\n",
+    "    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);\n",
+    "    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),\n",
+    "                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),\n",
+    "                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));\n",
+    "    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
+    "                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
+    "                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
+    "    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;\n",
+    "}\n",
+    "\n",
+    "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "{\n",
+    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec best = springls__vec_load(row + i), within = best + reach;\n",
+    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
+    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
+    "        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;\n",
+    "        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));\n",
+    "        springls__vec_store(row + i, best);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
+    "   sphere is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
+    "                                     SPRINGLS__GLOBAL const float *omega, float *side)\n",
+    "{\n",
+    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;\n",
+    "        springls__vmask counts;\n",
+    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
+    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
+    "        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);\n",
+    "        if (!springls__vmask_any(counts)) continue;\n",
+    "        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;\n",
+    "        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));\n",
+    "        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + height);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)\n",
+    "{\n",
+    "    springls__vec_cross7 v;\n",
+    "    v.c = springls__vec_load(t);\n",
+    "    v.xm = springls__vec_load(t - 1);\n",
+    "    v.xp = springls__vec_load(t + 1);\n",
+    "    v.ym = springls__vec_load(t - SPRINGLS__TILE);\n",
+    "    v.yp = springls__vec_load(t + SPRINGLS__TILE);\n",
+    "    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);\n",
+    "    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "/* f times the upwind difference of phi */\n",
+    "SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
+    "}\n",
+    "\n",
+    "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
+    "SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
+    "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
+    "    springls__vec change;\n",
+    "    if (!springls__vmask_any(inside)) {\n",
+    "        springls__vec_store(out, v.c);\n",
+    "        return;\n",
+    "    }\n",
+    "    o = springls__tile_cross_lanes(omega);\n",
+    "    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)\n",
+    "           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)\n",
+    "           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);\n",
+    "    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
+    "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
+    "    springls__vmask inside = v.c < 0.0f;\n",
+    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)\n",
+    "{\n",
+    "    springls__vec flat = springls__vec_abs(0.5f * (p - m));\n",
+    "    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));\n",
+    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
+    "    return slope * slope;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)\n",
+    "{\n",
+    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
+    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;\n",
+    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);\n",
+    "    return v.c / (1.0f + share * excess);\n",
+    "}\n",
+    "\n",
+    "/* Is one of the 26 neighbours on the other side? */\n",
+    "SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)\n",
+    "{\n",
+    "    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;\n",
+    "    springls__vmask inside = c < 0.0f;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 27; i++) {\n",
+    "        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        lo = springls__vec_min(lo, v);\n",
+    "        hi = springls__vec_max(hi, v);\n",
+    "    }\n",
+    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
+    "}\n",
+    "\n",
+    "/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */\n",
+    "SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
+    "    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;\n",
+    "    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;\n",
+    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "    if (springls__vmask_any(crossed | edge)) {\n",
+    "        own = springls__interface_distance_lanes(v);\n",
+    "        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);\n",
+    "        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));\n",
+    "        d = springls__vec_select(crossed, own, d);\n",
+    "    }\n",
+    "    springls__vec_store(out, d);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)\n",
+    "{\n",
+    "    const springls__vec zero = springls__vec_all(0.0f);\n",
+    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
+    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
+    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
+    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
+    "    sum = a + b + c;\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    d = springls__vec_select(one > b, two, one);\n",
+    "    return springls__vec_select(d > c, three, d);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
+    "    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));\n",
+    "    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));\n",
+    "    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));\n",
+    "    springls__vec d = springls__vec_all(far_value);\n",
+    "    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);\n",
+    "    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));\n",
+    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
+    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 5189 \"springls.h\"\n",
+    "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
+    "   offset: from the particle to the row's first voxel. */\n",
+    "\n",
+    "#ifdef SPRINGLS__LANES\n",
+    "\n",
+    "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "\n",
+    "SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)\n",
+    "{\n",
+    "    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
+    "        springls__vec best = springls__vec_load(sums->nearest2 + i);\n",
+    "        springls__vmask nearer = d2 < best;\n",
+    "        if (!springls__vmask_any(nearer)) continue;\n",
+    "        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));\n",
+    "        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);\n",
+    "        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);\n",
+    "        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)\n",
+    "{\n",
+    "    float *at = &sums->sum[member][i];\n",
+    "    springls__vec_store(at, springls__vec_load(at) + value);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
+    "    springls__vec zero = springls__vec_all(0.0f);\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
+    "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
+    "        if (!springls__vmask_any(w > zero)) continue;\n",
+    "        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y\n",
+    "              + springls__vec_load(sums->facing[2] + i) * s.n.z;\n",
+    "        w = w * w;\n",
+    "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)\n",
+    "{\n",
+    "    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);\n",
+    "}\n",
+    "\n",
+    "/* springls__settled; phi points into a tile. */\n",
+    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec_cross7 v;\n",
+    "        springls__vec sum, nearest;\n",
+    "        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;\n",
+    "        if (!springls__vmask_any(doubtful)) {\n",
+    "            springls__vec_store(out + i, springls__vec_load(phi + i));\n",
+    "            continue;\n",
+    "        }\n",
+    "        v = springls__tile_cross_lanes(phi + i);\n",
+    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)\n",
+    "            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
+    "        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),\n",
+    "                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),\n",
+    "                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));\n",
+    "        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));\n",
+    "        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);\n",
+    "        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* springls__without_speck; true when there was one. */\n",
+    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);\n",
+    "        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
+    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
+    "        some = some || springls__vmask_any(bubble | crumb);\n",
+    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "#line 5298 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -14386,7 +15588,78 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 14390 \"springls.h\"\n",
+    "#line 5435 \"springls.h\"\n",
+    "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
+    "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
+    "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
+    "\n",
+    "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
+    "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
+    "    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \\\n",
+    "    X(move, 512, SPRINGLS__BIT(S))                                                                    \\\n",
+    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
+    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
+    "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
+    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                       \\\n",
+    "    X(contract, 256, SPRINGLS__BIT(SCRATCH1))                                                       \\\n",
+    "    X(reshape, 256, SPRINGLS__BIT(S))                                                               \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__BIT(SCRATCH1))                                                   \\\n",
+    "    X(merge, 256, SPRINGLS__BIT(SCRATCH2))                                                          \\\n",
+    "    X(overgrown, 512, SPRINGLS__BIT(SCRATCH1))                                                      \\\n",
+    "    X(split, 64, SPRINGLS__BIT(SCRATCH2))                                                           \\\n",
+    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                         \\\n",
+    "    X(track, 256, SPRINGLS__BIT(A))                                                                 \\\n",
+    "    X(edge_normal, 512, SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7))                          \\\n",
+    "    X(edge_suspect, 512, SPRINGLS__BIT(SCRATCH6))                                                   \\\n",
+    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(SCRATCH4))                                 \\\n",
+    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                             \\\n",
+    "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
+    "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
+    "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
+    "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
+    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
+    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
+    "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
+    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
+    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
+    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
+    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
+    "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
+    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
+    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
+    "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
+    "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
+    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
+    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
+    "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \\\n",
+    "    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \\\n",
+    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \\\n",
+    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \\\n",
+    "    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \\\n",
+    "    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \\\n",
+    "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
+    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "\n",
+    "/* Those whose loop is in lanes_*.h. */\n",
+    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
+    "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
+    "\n",
+    "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).\n",
+    "   Name, and elements that a core of a processor takes at once. */\n",
+    "#define SPRINGLS__COLLECTIVES(X)                                                                      \\\n",
+    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \\\n",
+    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \\\n",
+    "    X(counts_clear, 16)                                                                               \\\n",
+    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \\\n",
+    "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
+    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
+    "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \\\n",
+    "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
+    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
+    "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
+    "#line 15663 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -14624,6 +15897,17 @@ static const char *const springls__kernel_lines[] = {
     "    springls__mark_reach(model, origin, ((__global const uint *)model->scratch[0])[i]);\n",
     "}\n",
     "\n",
+    "/* Bricks within the band of a springl. */\n",
+    "static void springls__mark_near_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    int lo[3], hi[3], x, y, z;\n",
+    "    (void)job;\n",
+    "    springls__springl_bricks(&model->grid, &model->set.s[i], model->params.band_half_width + 1.0f, lo, hi);\n",
+    "    for (z = lo[2]; z <= hi[2]; z++)\n",
+    "        for (y = lo[1]; y <= hi[1]; y++)\n",
+    "            for (x = lo[0]; x <= hi[0]; x++) springls__mark(model, 8 * x, 8 * y, 8 * z);\n",
+    "}\n",
+    "\n",
     "/* Chunks of all bricks: sums of those that go, come, and are active then. */\n",
     "static void springls__bricks_count_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
@@ -14789,7 +16073,200 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 14793 \"springls.h\"\n",
+    "#line 16077 \"springls.h\"\n",
+    "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
+    "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
+    "\n",
+    "/* ---- regions (src/unsigned_to_signed.h): labels are joined by union-find ----\n",
+    "   Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a\n",
+    "   smaller number in its region, or itself; in the end the smallest, the root. -1: not in a region. */\n",
+    "\n",
+    "#define SPRINGLS__ROWS 64 /* of eight voxels, in a brick */\n",
+    "\n",
+    "typedef struct springls__regions {\n",
+    "    const springls__model *model;\n",
+    "    __global int *label;\n",
+    "    __global int *votes; /* of roots: voxels around their region that are outside less those inside (in phi_next's place) */\n",
+    "    int voxels;          /* numbers of voxels; those from here on are bricks */\n",
+    "} springls__regions;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)\n",
+    "{\n",
+    "    springls__regions r;\n",
+    "    r.model = model;\n",
+    "    r.label = (__global int *)model->scratch[1];\n",
+    "    r.votes = (__global int *)model->grid.phi_next;\n",
+    "    r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;\n",
+    "    return r;\n",
+    "}\n",
+    "\n",
+    "/* Work items: rows of the active bricks, then bricks of the top table. First voxel of a row and where it lies. */\n",
+    "SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])\n",
+    "{\n",
+    "    int slot = g->active[row / SPRINGLS__ROWS];\n",
+    "    springls__slot_origin(g, slot, at);\n",
+    "    at[1] += row % 8;\n",
+    "    at[2] += row / 8 % 8;\n",
+    "    return slot * SPRINGLS__BRICK_VOXELS + row % SPRINGLS__ROWS * 8;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)\n",
+    "{\n",
+    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && ((__global const uint8_t *)model->scratch[2])[brick] == SPRINGLS__OPEN;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int rows = model->grid.active_count * SPRINGLS__ROWS, first, v, at[3];\n",
+    "    (void)job;\n",
+    "    if (i >= rows) {\n",
+    "        r.label[r.voxels + i - rows] = springls__open_brick(model, i - rows) ? r.voxels + i - rows : -1;\n",
+    "        return;\n",
+    "    }\n",
+    "    first = springls__row_at(&model->grid, i, at);\n",
+    "    for (v = first; v < first + 8; v++) { /* neighbours along the row are joined at once */\n",
+    "        bool member = springls__unsettled(model, (size_t)v);\n",
+    "        r.label[v] = !member ? -1 : v > first && r.label[v - 1] >= 0 ? r.label[v - 1] : v;\n",
+    "        r.votes[v] = 0;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The root of n as far as it is known: others join meanwhile. */\n",
+    "SPRINGLS__MATHS int springls__region_root(__global int *label, int n)\n",
+    "{\n",
+    "    int next = atomic_or(&label[n], 0);\n",
+    "    while (next != n) {\n",
+    "        n = next;\n",
+    "        next = atomic_or(&label[n], 0);\n",
+    "    }\n",
+    "    return n;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__region_unite(__global int *label, int a, int b)\n",
+    "{\n",
+    "    a = springls__region_root(label, a);\n",
+    "    b = springls__region_root(label, b);\n",
+    "    while (a != b) {\n",
+    "        int high = springls__imax(a, b), low = springls__imin(a, b), was = atomic_min(&label[high], low);\n",
+    "        if (was == high) return;\n",
+    "        a = springls__region_root(label, was); /* somebody else was faster: what high was joined to is joined */\n",
+    "        b = springls__region_root(label, low);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The node at a voxel of the domain, or -1. */\n",
+    "SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)\n",
+    "{\n",
+    "    const springls__grid *g = &r->model->grid;\n",
+    "    int slot, n;\n",
+    "    if (!springls__grid_contains(g, x, y, z)) return -1;\n",
+    "    slot = springls__slot_at(g, x, y, z);\n",
+    "    n = slot < SPRINGLS__FIRST_SLOT ? springls__brick_at(g, x, y, z) : slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, n) ? r->voxels + n : -1;\n",
+    "    return springls__unsettled(r->model, (size_t)n) ? n : -1;\n",
+    "}\n",
+    "\n",
+    "/* A row with those below and before it, and with constant bricks on all sides; a constant brick with those before it. */\n",
+    "SPRINGLS__MATHS void springls__region_join_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int rows = model->grid.active_count * SPRINGLS__ROWS, at[3], d, x;\n",
+    "    (void)job;\n",
+    "    if (i >= rows) {\n",
+    "        int brick = i - rows, stride = 1;\n",
+    "        if (!springls__open_brick(model, brick)) return;\n",
+    "        for (d = 0; d < 3; d++) {\n",
+    "            bool first = brick / stride % model->grid.bricks[d] == 0;\n",
+    "            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, r.voxels + brick, r.voxels + brick - stride);\n",
+    "            stride *= model->grid.bricks[d];\n",
+    "        }\n",
+    "        return;\n",
+    "    }\n",
+    "    springls__row_at(&model->grid, i, at);\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        int axis = d >> 1, by = d & 1 ? 1 : -1, before = -1;\n",
+    "        for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
+    "            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), other = -1;\n",
+    "            if (n >= 0) other = springls__region_node(&r, at[0] + x + (axis == 0 ? by : 0), at[1] + (axis == 1 ? by : 0), at[2] + (axis == 2 ? by : 0));\n",
+    "            if (other >= 0 && before < 0 && (other >= r.voxels || by < 0)) springls__region_unite(r.label, n, other); /* once a run */\n",
+    "            before = other;\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* What a voxel beside a region says. */\n",
+    "SPRINGLS__MATHS int springls__region_vote(const springls__model *model, int x, int y, int z)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    size_t v;\n",
+    "    int slot;\n",
+    "    if (!springls__grid_contains(g, x, y, z)) return 0;\n",
+    "    slot = springls__slot_at(g, x, y, z);\n",
+    "    v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture) return 0;\n",
+    "    return g->phi[v] > 0.0f ? 1 : -1;\n",
+    "}\n",
+    "\n",
+    "/* Labels become roots; what the voxels around a member say is added up there. Regions of bricks alone have no vote. */\n",
+    "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int rows = g->active_count * SPRINGLS__ROWS, at[3], d, v, k, n, root = -1, votes = 0;\n",
+    "    (void)job;\n",
+    "    if (i >= rows) {\n",
+    "        int brick = i - rows;\n",
+    "        if (!springls__open_brick(model, brick)) return;\n",
+    "        root = springls__region_root(r.label, r.voxels + brick);\n",
+    "        at[0] = 8 * (brick % g->bricks[0]);\n",
+    "        at[1] = 8 * (brick / g->bricks[0] % g->bricks[1]);\n",
+    "        at[2] = 8 * (brick / (g->bricks[0] * g->bricks[1]));\n",
+    "        for (d = 0; d < 6; d++)\n",
+    "            for (k = 0; k < 64; k++) {\n",
+    "                int to[3], axis = d >> 1;\n",
+    "                to[axis] = at[axis] + (d & 1 ? 8 : -1);\n",
+    "                to[(axis + 1) % 3] = at[(axis + 1) % 3] + k % 8;\n",
+    "                to[(axis + 2) % 3] = at[(axis + 2) % 3] + k / 8;\n",
+    "                votes += springls__region_vote(model, to[0], to[1], to[2]);\n",
+    "            }\n",
+    "        if (root < r.voxels && votes != 0) atomic_add(&r.votes[root], votes);\n",
+    "        return;\n",
+    "    }\n",
+    "    n = springls__row_at(g, i, at);\n",
+    "    for (v = 0; v <= 8; v++) { /* run by run */\n",
+    "        int label = v < 8 ? r.label[n + v] : -1;\n",
+    "        if (label < 0) {\n",
+    "            if (root >= 0 && votes != 0) atomic_add(&r.votes[root], votes);\n",
+    "            root = -1;\n",
+    "            votes = 0;\n",
+    "            continue;\n",
+    "        }\n",
+    "        if (root < 0) root = springls__region_root(r.label, label);\n",
+    "        for (d = 0; d < 6; d++)\n",
+    "            votes += springls__region_vote(model, at[0] + v + (d == 0 ? -1 : d == 1), at[1] + (d == 2 ? -1 : d == 3), at[2] + (d == 4 ? -1 : d == 5));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Regions with more voxels of the outside around them are outside. */\n",
+    "SPRINGLS__MATHS void springls__region_settle_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__regions r = springls__regions_of(model);\n",
+    "    int rows = model->grid.active_count * SPRINGLS__ROWS, at[3], n, v, root = -1;\n",
+    "    (void)job;\n",
+    "    if (i >= rows) {\n",
+    "        if (!springls__open_brick(model, i - rows)) return;\n",
+    "        root = springls__region_root(r.label, r.voxels + i - rows);\n",
+    "        if (root < r.voxels && r.votes[root] > 0) model->grid.top[i - rows] = SPRINGLS__OUTSIDE;\n",
+    "        return;\n",
+    "    }\n",
+    "    n = springls__row_at(&model->grid, i, at);\n",
+    "    for (v = n; v < n + 8; v++) {\n",
+    "        root = r.label[v] < 0 ? -1 : root >= 0 ? root : springls__region_root(r.label, v);\n",
+    "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
+    "    }\n",
+    "}\n",
+    "#line 16270 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

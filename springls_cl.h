@@ -42,6 +42,10 @@ typedef struct springls_cl_desc {
     void *device;             /* cl_device_id in that context; NULL: its first                                   */
     void *queue;              /* cl_command_queue of the caller, in order, retained; NULL: a new one             */
     const char *library;      /* file name of the OpenCL library; NULL: the system's                             */
+    springls_velocity_fn velocity; /* a force callback ... */
+    const char *velocity_source;   /* ... and the same in OpenCL C, which is run instead of it on the device:
+                                      float3 springls_velocity(float3 x, float time, __global const float *user) */
+    size_t velocity_user_bytes;    /* of springls_forces.user, which it may read: sent in every step            */
     springls_logger logger;   /* what is picked, why there is none, and the build log with lines of springls.h   */
 } springls_cl_desc;
 
@@ -238,6 +242,15 @@ SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, spring
     return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, memory, CL_TRUE, 0, bytes, buffer->data, 0, NULL, NULL), "upload");
 }
 
+SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    if (buffer->device_bytes < bytes) SPRINGLS__TRY(springls__cl_resize(ctx, buffer, bytes, 0));
+    cl->counts.uploads++;
+    cl->counts.bytes_up += bytes;
+    return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, (cl_mem)buffer->device, CL_TRUE, 0, bytes, data, 0, NULL, NULL), "upload");
+}
+
 SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx, springls__job job, cl_int count, cl_int grain)
 {
     springls__shape shape = springls__shape_of(&ctx->model);
@@ -422,6 +435,27 @@ SPRINGLS__FN springls_status springls__cl_band_move(springls_context *ctx)
     return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_band, ctx->model.grid.active_count, false);
 }
 
+/* Constant bricks and phi are left as they are: both are written afresh. */
+SPRINGLS__FN springls_status springls__cl_bricks_around_springls(springls_context *ctx)
+{
+    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_near, ctx->model.set.count, false);
+}
+
+/* All regions at once, by labels that are joined (device.cl). */
+SPRINGLS__FN springls_status springls__cl_settle_regions(springls_context *ctx)
+{
+    static const springls__collective kernels[] = { SPRINGLS__COLLECTIVE_region_begin, SPRINGLS__COLLECTIVE_region_join,
+                                                    SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_settle };
+    const springls__grid *g = &ctx->model.grid;
+    size_t bricks = springls__brick_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
+    if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "opencl: too many voxels to be numbered");
+    SPRINGLS__TRY(springls__scratch(ctx, 1, nodes, sizeof(int), NULL));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    for (i = 0; i < sizeof kernels / sizeof *kernels; i++)
+        SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], g->active_count * (SPRINGLS__BRICK_VOXELS / 8) + (int)bricks, springls__no_job()));
+    return SPRINGLS_OK;
+}
+
 /* Keys of all springls, and what they come to: counts of missing bricks, the largest reach, of large springls. */
 SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
 {
@@ -568,16 +602,18 @@ SPRINGLS__FN cl_kernel springls__cl_kernel(const springls__cl *cl, const char *n
     return cl->CreateKernel(cl->program, entry, error);
 }
 
-SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl)
+SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_source)
 {
     const char *const *lines;
     const char **text;
     int count, kernel;
     cl_int error = CL_SUCCESS;
     springls_kernel_source(&lines, &count);
-    text = (const char **)malloc((size_t)count * sizeof *text);
+    text = (const char **)malloc(((size_t)count + 2) * sizeof *text);
     if (!text) return CL_OUT_OF_HOST_MEMORY;
     memcpy(text, lines, (size_t)count * sizeof *text);
+    text[count++] = "#line 1 \"velocity_source\"\n";
+    text[count++] = velocity_source ? velocity_source : "float3 springls_velocity(float3 x, float t, __global const float *u) { return x; }\n";
     cl->program = cl->CreateProgramWithSource(cl->context, (cl_uint)count, text, NULL, &error);
     free(text);
     if (error != CL_SUCCESS) return error;
@@ -612,7 +648,7 @@ SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc 
     } else {
         cl->queue = cl->CreateCommandQueue(cl->context, cl->device, 0, &error);
     }
-    return error == CL_SUCCESS ? springls__cl_build(cl) : error;
+    return error == CL_SUCCESS ? springls__cl_build(cl, desc->velocity ? desc->velocity_source : NULL) : error;
 }
 
 SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
@@ -645,6 +681,9 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.resize = springls__cl_resize;
     cl->base.release = springls__cl_release;
     cl->base.transfer = springls__cl_transfer;
+    cl->base.upload = springls__cl_upload;
+    cl->base.user_velocity = desc->velocity;
+    cl->base.user_bytes = desc->velocity ? desc->velocity_user_bytes : 0;
     cl->base.run = springls__cl_run;
     cl->base.count_of = springls__cl_count_of;
     cl->base.largest = springls__cl_largest;
@@ -654,6 +693,8 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.cells_cover_around = springls__cl_cells_cover_around;
     cl->base.band_move = springls__cl_band_move;
     cl->base.near_build = springls__cl_near_build;
+    cl->base.bricks_around_springls = springls__cl_bricks_around_springls;
+    cl->base.settle_regions = springls__cl_settle_regions;
     if (!springls__cl_load(cl, desc->library)) {
         springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", desc->library ? desc->library : SPRINGLS__CL_LIBRARY);
         error = CL_DEVICE_NOT_AVAILABLE;

@@ -235,6 +235,17 @@ static void springls__mark_band_element(const springls__model *model, springls__
     springls__mark_reach(model, origin, ((__global const uint *)model->scratch[0])[i]);
 }
 
+/* Bricks within the band of a springl. */
+static void springls__mark_near_element(const springls__model *model, springls__job job, int i)
+{
+    int lo[3], hi[3], x, y, z;
+    (void)job;
+    springls__springl_bricks(&model->grid, &model->set.s[i], model->params.band_half_width + 1.0f, lo, hi);
+    for (z = lo[2]; z <= hi[2]; z++)
+        for (y = lo[1]; y <= hi[1]; y++)
+            for (x = lo[0]; x <= hi[0]; x++) springls__mark(model, 8 * x, 8 * y, 8 * z);
+}
+
 /* Chunks of all bricks: sums of those that go, come, and are active then. */
 static void springls__bricks_count_element(const springls__model *model, springls__job job, int i)
 {

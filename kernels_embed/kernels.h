@@ -4,6 +4,8 @@
 
 /* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
 #define SPRINGLS__KERNELS(X)                                                                          \
+    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \
+    X(move, 512, SPRINGLS__BIT(S))                                                                    \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
     X(orient, 256, SPRINGLS__BIT(S))                                                                \
@@ -40,6 +42,12 @@
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
     X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
+    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \
+    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \
+    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \
+    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
     X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
     X(way, 1024, SPRINGLS__BIT(SCRATCH7))
 
@@ -47,8 +55,8 @@
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
     X(relax, 128, SPRINGLS__BIT(SCRATCH1))
 
-/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl). Name,
-   and elements that a core of a processor takes at once. */
+/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
+   Name, and elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                      \
     X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                 \
     X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                          \
@@ -56,6 +64,7 @@
     X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64) \
     X(large_flag, 4096) X(large_scatter, 4096)                                                        \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
-    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64)                                         \
+    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \
     X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)
+    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
+    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)

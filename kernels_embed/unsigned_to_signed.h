@@ -1,4 +1,124 @@
-/* unsigned_to_signed.h - the side of the springls that a point lies on. */
+/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,
+   through bricks and then voxels; then springls say which side of them a voxel lies on. */
+
+/* Blocks closer than this to a springl stop the background. */
+#define SPRINGLS__SHELL 1.5f
+
+/* Of a brick. */
+#define SPRINGLS__OPEN 0
+#define SPRINGLS__BLOCKED 1
+#define SPRINGLS__BACKGROUND 2
+
+/* To SCRATCH2, one a brick of the top table: is it blocked? */
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    float nearest = FLT_MAX;
+    int v;
+    (void)job;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+}
+
+/* The background takes a block of step^3 bricks, unless one of them is blocked. */
+SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
+{
+    int hi[3], x, y, z, axis;
+    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++)
+                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
+    for (z = at[2]; z < hi[2]; z++)
+        for (y = at[1]; y < hi[1]; y++)
+            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
+    return true;
+}
+
+/* Blocks of job.i[1] bricks along axis job.i[0]: how many lines of them there are. */
+SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
+{
+    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
+}
+
+/* The background goes along line i, forth and back; blocks are uniform, so that one brick speaks for them. What lies beyond the
+   border is background. To SCRATCH1[job.i[2] + i]: has it grown? Lines do not read each other: the order of the lines and
+   axes makes no difference to where growth ends. */
+SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL uint8_t *state = (SPRINGLS__GLOBAL uint8_t *)model->scratch[2];
+    const int axis = job.i[0], step = job.i[1], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
+    int at[3], k;
+    bool at_border, before = true, grew = false;
+    at[b] = i % across * step;
+    at[c] = i / across * step;
+    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
+    for (k = 0; k < 2 * along; k++) {
+        bool background;
+        if (k == along) before = true;
+        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
+        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
+        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
+        before = background;
+    }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[job.i[2] + i] = grew;
+}
+
+/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+    int v;
+    (void)job;
+    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    else
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;
+}
+
+SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
+{
+    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
+}
+
+/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a
+   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)
+{
+    const springls__grid *g = &model->grid;
+    const int b = job.i[0];
+    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + first;
+    SPRINGLS__GLOBAL const float *phi = g->phi + first;
+    SPRINGLS__GLOBAL float *next = g->phi_next + first;
+    uint8_t grew = 0;
+    int o[3], x, y, z, i, j, k;
+    springls__slot_origin(g, g->active[index], o);
+    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];
+    for (z = 0; z < 8; z += b)
+        for (y = 0; y < 8; y += b)
+            for (x = 0; x < 8; x += b) {
+                float nearest = FLT_MAX;
+                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
+                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
+                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
+                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
+                    continue;
+                for (k = z; k < z + b; k++)
+                    for (j = y; j < y + b; j++)
+                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
+                if (nearest <= SPRINGLS__SHELL) continue;
+                grew = 1;
+                for (k = z; k < z + b; k++)
+                    for (j = y; j < y + b; j++)
+                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;
+            }
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;
+}
 
 /* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
    nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
@@ -6,4 +126,55 @@ SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3
 {
     float d2 = springls__tri_distance2(plan, x) + 0.01f;
     return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
+}
+
+/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
+   sphere is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+                                        SPRINGLS__GLOBAL const float *omega, float *side);
+
+/* Voxels that springls are near take the side of the nearest ones. */
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    const float capture = model->params.capture;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    float side[SPRINGLS__BRICK_VOXELS];
+    int y, z, v, o[3];
+    uint32_t k;
+    (void)job;
+    springls__slot_origin(g, g->active[i], o);
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;
+    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
+        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+        float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+        for (z = z0; z <= z1; z++)
+            for (y = y0; y <= y1; y++) {
+                int row = 8 * y + 64 * z;
+                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
+            }
+    }
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+}
+
+/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
+SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
+{
+    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+}
+
+/* The side becomes the sign of the distance. */
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)
+{
+    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
+    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
+    int v;
+    (void)job;
+    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }

@@ -1,6 +1,6 @@
 /* lanes_advect.h - springls__deformation_velocity of kernels_embed/advect.h for a few points at a time. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 /* All points but the last few; returns how many. */
 SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)

@@ -1,6 +1,6 @@
 /* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, springls__vec x)
 {

@@ -2,7 +2,27 @@
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
    compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
 
-#if defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
+#if defined(__OPENCL_VERSION__)
+#define SPRINGLS__LANES 8
+#define SPRINGLS__LANE static inline
+typedef float8 springls__vec;
+typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */
+#define springls__vec_load(from) vload8(0, from)
+#define springls__vec_store(to, v) vstore8(v, 0, to)
+#define springls__vec_all(x) ((float8)(x))
+#define springls__vec_select(where, yes, no) select(no, yes, where)
+#define springls__vec_min(a, b) springls__vec_lesser(a, b)
+#define springls__vec_max(a, b) springls__vec_greater(a, b)
+#define springls__vec_abs(x) fabs(x)
+#define springls__vec_sqrt(x) sqrt(x)
+#define springls__vec_of_ints(k) convert_float8(k)
+#define springls__vec_to_ints(x) convert_int8(x)
+#define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vmask_any(where) any(where)
+static inline springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }
+static inline springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }
+
+#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
 #if defined(__AVX2__)
 #include <immintrin.h>
 #define SPRINGLS__LANES 8
@@ -23,7 +43,6 @@ typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
 typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
 typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
 
-typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
 SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
@@ -58,11 +77,6 @@ SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
 #endif
 }
 
-SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
-{
-    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
-}
-
 SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
 {
     springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
@@ -81,13 +95,6 @@ SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
 #endif
 }
 
-/* x rounded down, for |x| < 2^31. */
-SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
-{
-    springls__vec t = __builtin_convertvector(__builtin_convertvector(x, springls__vmask), springls__vec);
-    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
-}
-
 SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
 {
 #if defined(SPRINGLS__SIMD)
@@ -97,6 +104,27 @@ SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
     for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
     return any != 0;
 #endif
+}
+
+#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)
+#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)
+#define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#endif
+
+#ifdef SPRINGLS__LANES
+
+typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
+
+SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
+{
+    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
+}
+
+/* x rounded down, for |x| < 2^31. */
+SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
+{
+    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));
+    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
 }
 
 SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
@@ -169,7 +197,7 @@ SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
 /* 2^k for whole k in [-126, 127]. */
 SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
 {
-    return (springls__vec)((__builtin_convertvector(k, springls__vmask) + 127) << 23);
+    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);
 }
 
 SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)

@@ -1,6 +1,6 @@
 /* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
 /* springls__tri_distance2 at x, x + (1, 0, 0), ... */
 SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
@@ -19,7 +19,7 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
 }
 
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -36,7 +36,7 @@ SPRINGLS__FN void springls__omega_row(const springls__tri_plan *plan, springls__
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__FN void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
                                      SPRINGLS__GLOBAL const float *omega, float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
@@ -78,7 +78,7 @@ SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__v
 }
 
 /* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, float *out)
+SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
     springls__vmask inside = springls__vec_abs(v.c) <= width;
@@ -95,7 +95,7 @@ SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega,
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__FN void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -164,7 +164,7 @@ SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value,
     springls__vec_store(out, d);
 }
 
-SPRINGLS__FN void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
@@ -197,7 +197,7 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
 
-SPRINGLS__FN void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);

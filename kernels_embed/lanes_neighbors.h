@@ -1,8 +1,8 @@
 /* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
-SPRINGLS__FN void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
 {
     const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     springls__vec3 at;

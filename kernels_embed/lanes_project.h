@@ -1,16 +1,16 @@
 /* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
    offset: from the particle to the row's first voxel. */
 
-#if SPRINGLS__LANES
+#ifdef SPRINGLS__LANES
 
-static const float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
 SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
 {
     springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
 }
 
-SPRINGLS__FN void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
@@ -32,7 +32,7 @@ SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, in
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-SPRINGLS__FN void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
 {
     const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
@@ -66,7 +66,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -90,7 +90,7 @@ SPRINGLS__FN void springls__settle_row(const float *phi, float far_value, float 
 }
 
 /* springls__without_speck; true when there was one. */
-SPRINGLS__FN bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;
