@@ -3979,7 +3979,7 @@ SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, 
 SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -5469,7 +5469,7 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
     X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
     X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
+    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT))                                                         \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
     X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
     X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
@@ -7618,7 +7618,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_interface, ctx->model.grid.active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
     springls__swap_phi(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
     return springls__band_move(ctx);
@@ -9583,7 +9583,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__run(ctx, SPRINGLS__KERNEL_interface, g->active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, springls__no_job());
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
@@ -14146,7 +14146,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -15626,7 +15626,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
     "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
     "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
-    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
+    "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT))                                                         \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
     "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
     "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",

@@ -164,7 +164,7 @@ typedef struct springls__cl {
     cl_device_id device;
     cl_command_queue queue;
     cl_program program;
-    cl_kernel kernels[SPRINGLS__KERNEL_COUNT + SPRINGLS__COLLECTIVE_COUNT]; /* those of the table, then collectives   */
+    cl_kernel kernels[(int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT]; /* those of the table, then collectives   */
     springls_cl_counts counts;
     bool exact, gpu;
     char device_name[256];
@@ -292,7 +292,7 @@ SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springl
 {
     const springls__collective_facts *facts = &springls__collectives[collective];
     if (count <= 0) return SPRINGLS_OK;
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[SPRINGLS__KERNEL_COUNT + collective], facts->name, facts->grain, count, job);
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective], facts->name, facts->grain, count, job);
 }
 
 /* Arrays that collectives are about to use are on the device, as large as they have to be; what they write is only there. */
@@ -622,7 +622,7 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
     for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++)
         cl->kernels[kernel] = springls__cl_kernel(cl, springls__kernels[kernel].name, &error);
     for (kernel = 0; kernel < SPRINGLS__COLLECTIVE_COUNT && error == CL_SUCCESS; kernel++)
-        cl->kernels[SPRINGLS__KERNEL_COUNT + kernel] = springls__cl_kernel(cl, springls__collectives[kernel].name, &error);
+        cl->kernels[(int)SPRINGLS__KERNEL_COUNT + kernel] = springls__cl_kernel(cl, springls__collectives[kernel].name, &error);
     return error;
 }
 
@@ -656,7 +656,7 @@ SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
     springls__cl *cl = (springls__cl *)(void *)backend;
     int kernel;
     if (!cl) return;
-    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT + SPRINGLS__COLLECTIVE_COUNT; kernel++)
+    for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT; kernel++)
         if (cl->kernels[kernel]) cl->ReleaseKernel(cl->kernels[kernel]);
     if (cl->program) cl->ReleaseProgram(cl->program);
     if (cl->queue) cl->ReleaseCommandQueue(cl->queue);

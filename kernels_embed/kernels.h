@@ -35,7 +35,7 @@
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
     X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
     X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
+    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT))                                                         \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
     X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
     X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \

@@ -72,7 +72,7 @@ SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, 
 SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
