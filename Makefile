@@ -22,7 +22,7 @@ MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
                 $(if $(filter 0,$(OPENMP)),,-fopenmp) $(NIFTI) $(CFLAGS)
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
-                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(CFLAGS)
+                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(filter 1,$(WITH_OPENCL)),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
@@ -84,7 +84,7 @@ check: build/embed   ## is springls.h what the parts produce? is its OpenCL text
 	@build/print_kernels > build/kernels.cl
 	@tests/compile/kernels.sh build/kernels.cl
 
-SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES)
+SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES) $(WITH_OPENCL)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
 .PRECIOUS: %/settings
 %/settings: FORCE
@@ -130,9 +130,11 @@ endif
 $(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
 	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
 
-test: deps-test   ## build and run tests/test_*.c, each a program of its own
-	@if $(DEPS) demo; then with=1; else with=0; echo "Going on without: the tests that want these are skipped."; fi; \
-	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with
+test: deps-test   ## build and run tests/test_*.c, each a program of its own, on both backends
+	@without="Going on without: the tests that want these are skipped."; \
+	  if $(DEPS) demo; then with=1; else with=0; echo "$$without"; fi; \
+	  if $(DEPS) opencl; then opencl=1; else opencl=0; echo "$$without"; fi; \
+	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
 
 # Beside another library, where that is installed. Its own memory handling would occupy the sanitizers.
 ifneq ($(VARIANT),)
@@ -142,8 +144,12 @@ $(TEST_DIR)/test_openvdb: tests/test_openvdb.cc springls.h $(TEST_DIR)/settings
 	$(SAY)$(CXX) -std=c++17 $(EXACT) -O1 -I. -Itests -MMD -MP -MF $@.d -o $@ $< -Wl,--copy-dt-needed-entries -lopenvdb -ltbb $(TEST_LIBS)
 endif
 
+# The stages' tests run a second time, with their contexts on OpenCL. Under a sanitizer they do not: what a driver does with
+# memory and threads is its own affair.
+DEVICE_TESTS := $(if $(VARIANT),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(shell grep -l -e fixture_context -e fixture_desc -e histories.h tests/test_*.c)))
+
 test-run: $(TESTS)
-	@tests/run.sh $(TESTS)
+	@tests/run.sh $(TESTS) $(if $(DEVICE_TESTS),--opencl $(DEVICE_TESTS))
 
 # GCC's documentation: with sanitizers -Wmaybe-uninitialized gives false positives.
 SANITIZED = $(MAKE) --no-print-directory test VARIANT=$@ OPT=-O1 SANITIZE="-fno-omit-frame-pointer -Wno-maybe-uninitialized
