@@ -47,7 +47,7 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper ablation motions install format clean \
+.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions install format clean \
         asan ubsan tsan compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -56,11 +56,11 @@ help:   ## this list
 
 # ---- set-up: finds what is missing and installs it, saying so ----
 
-deps: deps-test deps-demo   ## install what demo and test need, where missing
+deps: deps-test deps-demo deps-opencl   ## install what demo and test need, where missing
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-test deps-bench deps-matrix:
+deps-demo deps-test deps-opencl deps-bench deps-matrix:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -144,9 +144,10 @@ $(TEST_DIR)/test_openvdb: tests/test_openvdb.cc springls.h $(TEST_DIR)/settings
 	$(SAY)$(CXX) -std=c++17 $(EXACT) -O1 -I. -Itests -MMD -MP -MF $@.d -o $@ $< -Wl,--copy-dt-needed-entries -lopenvdb -ltbb $(TEST_LIBS)
 endif
 
-# The stages' tests run a second time, with their contexts on OpenCL. Under a sanitizer they do not: what a driver does with
+# The library's tests run a second time, with their contexts on OpenCL. Under a sanitizer they do not: what a driver does with
 # memory and threads is its own affair.
-DEVICE_TESTS := $(if $(VARIANT),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(shell grep -l -e fixture_context -e fixture_desc -e histories.h tests/test_*.c)))
+WITH_CONTEXTS := $(filter-out tests/test_examples_%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/test_*.c))
+DEVICE_TESTS  := $(if $(VARIANT),,$(WITH_CONTEXTS:tests/%.c=$(TEST_DIR)/%))
 
 test-run: $(TESTS)
 	@tests/run.sh $(TESTS) $(if $(DEVICE_TESTS),--opencl $(DEVICE_TESTS))

@@ -290,7 +290,11 @@ FIXTURE void fixture_device_says(void *user, int level, const char *message)
     if (level < 3) printf("%s\n", message);
 }
 
-FIXTURE void fixture_leave_device(void) { springls_cl_destroy(fixture_device); }
+FIXTURE void fixture_leave_device(void)
+{
+    printf("%llu kernels on %s\n", (unsigned long long)springls_cl_get_counts(fixture_device).kernels, springls_cl_name(fixture_device));
+    springls_cl_destroy(fixture_device);
+}
 
 FIXTURE springls_backend *fixture_backend(void)
 {
