@@ -38,7 +38,7 @@ EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
 # Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
-TEST_FILES   := $(if $(filter tsan,$(VARIANT)),$(shell grep -l -e pthread -e histories.h tests/test_*.c),$(sort $(wildcard tests/test_*.c)))
+TEST_FILES   := $(filter-out tests/test_opencl_%,$(if $(filter tsan,$(VARIANT)),$(shell grep -l -e pthread -e histories.h tests/test_*.c),$(sort $(wildcard tests/test_*.c))))
 TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(TEST_FILES))
 
 ifdef SPRINGLS_DATA
@@ -144,12 +144,13 @@ $(TEST_DIR)/test_openvdb: tests/test_openvdb.cc springls.h $(TEST_DIR)/settings
 	$(SAY)$(CXX) -std=c++17 $(EXACT) -O1 -I. -Itests -MMD -MP -MF $@.d -o $@ $< -Wl,--copy-dt-needed-entries -lopenvdb -ltbb $(TEST_LIBS)
 endif
 
-# The library's tests run a second time, with their contexts on OpenCL. Under a sanitizer they do not: what a driver does with
-# memory and threads is its own affair.
-WITH_CONTEXTS := $(filter-out tests/test_examples_%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/test_*.c))
-DEVICE_TESTS  := $(if $(VARIANT),,$(WITH_CONTEXTS:tests/%.c=$(TEST_DIR)/%))
+# The library's tests run a second time, with their contexts on OpenCL, beside those that are about OpenCL. Under a sanitizer
+# they do not: what a driver does with memory and threads is its own affair.
+OPENCL_FILES  := $(if $(filter 1,$(WITH_OPENCL)),$(wildcard tests/test_opencl_*.c))
+WITH_CONTEXTS := $(filter-out tests/test_examples_% tests/test_opencl_%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/test_*.c))
+DEVICE_TESTS  := $(if $(VARIANT),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(WITH_CONTEXTS) $(OPENCL_FILES)))
 
-test-run: $(TESTS)
+test-run: $(TESTS) $(DEVICE_TESTS)
 	@tests/run.sh $(TESTS) $(if $(DEVICE_TESTS),--opencl $(DEVICE_TESTS))
 
 # GCC's documentation: with sanitizers -Wmaybe-uninitialized gives false positives.
