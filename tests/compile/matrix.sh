@@ -100,7 +100,7 @@ same_lives() {
 # What a C program sees of both must be the same program: the parts as they are, and the header made of them.
 parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only -x c tests/springls_under_test.h; }
 
-# OpenCL's headers are wanted by the implementation of springls_cl.h only.
+# With springls_cl.h, and with it all of springls.h.
 opencl=-DWITH_OPENCL
 . $here/embed.sh
 check "macros all begin with SPRINGLS" prefixed_macros
@@ -115,17 +115,19 @@ for cc in gcc clang; do
         for with in "" $opencl; do
             check "$cc $std $with: declarations" compiles $compile $with $here/use.c
             check "$cc $std $with: implementation" compiles $compile $with -O1 $here/implement.c
-            check "$cc $std $with: private copy, mostly unused" compiles $compile $with $here/static.c
             check "$cc $std $with: other headers' names stay free" compiles $compile $with -fno-builtin $here/clean_names.c
         done
+        check "$cc $std: private copy, mostly unused" compiles $compile $opencl $here/static.c
         check "$cc $std: goes on without OpenCL" without_opencl "$compile"
     done
+    # Compilers warn of more the more they optimise, and of other things.
+    check "$cc: implementation at -O2" compiles $cc -std=c99 $opencl -O2 $here/implement.c
+    check "$cc: implementation at -O3 -DNDEBUG" compiles $cc -std=c99 $opencl -O3 -DNDEBUG $here/implement.c
+    check "$cc: implementation beside the macros of windows.h" compiles $cc -std=c99 $opencl -O1 -Dnear= -Dfar= -Dsmall=char -Dinterface=struct $here/implement.c
+    check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
+    check "$cc: the parts compile without the tool" parts_compile $cc
     for with in "" $opencl; do
         c99="$cc -std=c99 $with"
-        # Compilers warn of more the more they optimise, and of other things.
-        check "$c99: implementation at -O2" compiles $c99 -O2 $here/implement.c
-        check "$c99: implementation at -O3 -DNDEBUG" compiles $c99 -O3 -DNDEBUG $here/implement.c
-        check "$c99: implementation beside the macros of windows.h" compiles $c99 -O1 -Dnear= -Dfar= -Dsmall=char -Dinterface=struct $here/implement.c
         check "$c99: declarations include only stddef, stdint, stdbool" few_headers "$c99"
         check "$c99: defines the public functions and no others" only_public_names "$c99"
         check "$c99: two plain copies clash (so the next checks mean something)" fails two_copies "$c99" "" ""
@@ -134,8 +136,6 @@ for cc in gcc clang; do
         check "$c99: shared library exports the public functions and no others" shared_library "$c99"
         check "$c99: shared library without SPRINGLS_DLL exports nothing" hidden_library "$c99"
     done
-    check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
-    check "$cc: the parts compile without the tool" parts_compile $cc
     check "$cc: what is installed is complete" installed "$cc -std=c99"
     check "$cc: SPRINGLS_ASSERT of the user's own" own_assert "$cc"
     for flags in -O0 -O3 '-O3 -march=native -fopenmp' '-O2 -DSPRINGLS_NO_SIMD'; do check "$cc $flags: histories" lives $cc $flags; done
