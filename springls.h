@@ -975,6 +975,9 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #pragma OPENCL FP_CONTRACT OFF
   #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
+  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
+  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
+  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
   /* springls_cl_desc.velocity_source, as advect.h calls it. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
@@ -1001,6 +1004,9 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
     #define SPRINGLS__MATHS static inline
   #endif
   #define SPRINGLS__GLOBAL
+  #define SPRINGLS__LOCAL
+  #define SPRINGLS__BARRIER (void)0
+  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
   /* Never called: on the host it is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
@@ -1306,6 +1312,21 @@ typedef struct springls__forces_here {
 
 #define SPRINGLS__SCRATCHES 8
 
+/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
+#define SPRINGLS__ROWS 64
+
+typedef struct springls__group { int item, items; } springls__group;
+
+SPRINGLS__MATHS springls__group springls__alone(void)
+{
+    springls__group group;
+    group.item = 0;
+    group.items = 1;
+    return group;
+}
+
+SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }
+
 typedef struct springls__model {
     springls__constellation set;
     springls__grid grid;
@@ -1319,6 +1340,7 @@ typedef struct springls__model {
     SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
     SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */
     SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
+    springls__group group;
     springls_params params;
 } springls__model;
 
@@ -1576,36 +1598,29 @@ SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SP
 
 SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
 
-SPRINGLS__MATHS void springls__load_border_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], float *tile)
+/* Each item of a group loads some of its rows; it is there for all when this returns. */
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,
+                                         SPRINGLS__LOCAL float *tile)
 {
-    int x, y, z;
-    for (z = -1; z <= 8; z++)
-        for (y = -1; y <= 8; y++)
-            for (x = -1; x <= 8; x++)
-                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
-}
-
-SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, float *tile)
-{
-    SPRINGLS__GLOBAL const float *inner;
-    int origin[3], x, y, z;
-    springls__slot_origin(g, slot, origin);
-    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
-        || origin[2] + 9 > g->size[2]) {
-        springls__load_border_tile(g, field, origin, tile);
-        return;
-    }
-    for (z = -1; z <= 8; z++) {
-        for (y = -1; y <= 8; y++) {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
-            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);
-            float *out = tile + springls__tile_index(0, y, z);
-            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];
-            inner = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
-            for (x = 0; x < 8; x++) out[x] = inner[x];
-            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];
+    int o[3], row, x;
+    bool border;
+    springls__slot_origin(g, slot, o);
+    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
+    SPRINGLS__BARRIER; /* whoever still reads what was in it */
+    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
+        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
+        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
+        if (border) {
+            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);
+        } else {
+            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);
+            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
+            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
         }
     }
+    SPRINGLS__BARRIER;
 }
 
 /* One voxel and its six neighbours. */
@@ -1622,7 +1637,7 @@ SPRINGLS__MATHS float springls__most(springls__cross7 v)
     return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
 }
 
-SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)
+SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
 {
     springls__cross7 v;
     v.c = t[0];
@@ -1638,41 +1653,44 @@ SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)
 /* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
 #define SPRINGLS__WIDE_MARGIN 3
 #define SPRINGLS__WIDE 14
+#define SPRINGLS__WIDE_VOXELS 2744
 
 typedef struct springls__wide_tile {
     const springls__grid *g;
     SPRINGLS__GLOBAL const float *field;
     int origin[3];
-    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];
+    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__wide_tile *tile)
+/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
+   items must. */
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,
+                                              bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
-    int x, y, z;
+    int x, row;
     bool border = false;
-    float *out = tile->value;
     tile->g = g;
     tile->field = field;
     for (x = 0; x < 3; x++) {
         tile->origin[x] = origin[x];
         border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
     }
-    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)
-        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {
-            if (border) {
-                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
-            } else {
-                SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
-                size_t row = (size_t)springls__voxel_in_brick(0, y, z);
-                SPRINGLS__GLOBAL const float *lower = field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m;
-                SPRINGLS__GLOBAL const float *own = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
-                SPRINGLS__GLOBAL const float *upper = field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row;
-                for (x = 0; x < m; x++) out[x] = lower[x];
-                for (x = 0; x < 8; x++) out[m + x] = own[x];
-                for (x = 0; x < m; x++) out[m + 8 + x] = upper[x];
-            }
+    SPRINGLS__BARRIER;
+    for (row = group.item; wanted && row < SPRINGLS__WIDE * SPRINGLS__WIDE; row += group.items) {
+        int y = origin[1] + row % SPRINGLS__WIDE - m, z = origin[2] + row / SPRINGLS__WIDE - m;
+        SPRINGLS__LOCAL float *out = tile->value + SPRINGLS__WIDE * row;
+        if (border) {
+            for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
+        } else {
+            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
+            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
         }
+    }
+    SPRINGLS__BARRIER;
 }
 
 /* Trilinear value at x, in voxels from the brick's first one. */
@@ -1681,7 +1699,7 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
     const float lower = (float)-m, upper = (float)(7 + m);
     float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
-    const float *t;
+    SPRINGLS__LOCAL const float *t;
     if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
         springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
         return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
@@ -1786,17 +1804,30 @@ SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS_
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
                                          SPRINGLS__GLOBAL float *row);
 
-/* Exact distance to the springls in active brick `index`, clamped at params.capture. */
-SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int index)
+/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+
+/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
-    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    int origin[3], i, y, z;
+    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool unknown = springls__omega_unknown(g, g->active[i]);
+    int origin[3], v, y, z;
     uint32_t k;
-    springls__slot_origin(g, g->active[index], origin);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;
-    for (k = model->cells.near_first[index]; k < model->cells.near_first[index + 1]; k++) {
+    (void)job;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all have read whether it is */
+    if (!unknown) return;
+    springls__slot_origin(g, g->active[i], origin);
+    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
+        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
+    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
@@ -1808,21 +1839,9 @@ SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int ind
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
-                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
-}
-
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
-SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
-{
-    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-}
-
-
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i)
-{
-    (void)job;
-    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);
 }
 
 /* Voxel i of the two constant bricks: job.f, outside and inside. */
@@ -3780,32 +3799,30 @@ SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cro
 }
 
 /* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,
+                                          SPRINGLS__GLOBAL float *out);
 
 /* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];
-    int x, y, z, d;
+    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
+    float block[27];
+    int row, x, d;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], phi);
-    springls__load_tile(g, g->omega, g->active[i], omega);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            int at = springls__tile_index(0, y, z);
-            springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
+    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        int at = springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        springls__evolve_row(phi + at, omega + at, width, step, out);
+        for (x = 0; x < 8 && lambda != 0.0f; x++) {
+            if (springls__fabs(phi[at + x]) > width) continue;
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
+            out[x] += step * lambda * springls__curvature_motion(block);
         }
-    if (lambda == 0.0f) return;
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++)
-            for (x = 0; x < 8; x++) {
-                if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;
-                for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];
-                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);
-            }
+    }
 }
 
 /* ======== >>topology  (kernels_embed/topology.h) =============================================================== */
@@ -3975,33 +3992,31 @@ SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, floa
 }
 
 /* Rows of eight voxels; phi points into a tile. */
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z;
+    int row;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z;
+    int row;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
 /* Which of the 27 bricks around (and including) a brick the band reaches. */
@@ -4081,38 +4096,38 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */
+/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its
+   normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
 #define SPRINGLS__SUM_WEIGHT 9
 #define SPRINGLS__SUM_HEIGHT 10
 #define SPRINGLS__SUMS 11
+#define SPRINGLS__NEAREST2 11
+#define SPRINGLS__FACING 12
+#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */
 
-typedef struct springls__brick_sums {
-    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */
-    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */
-    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];
-} springls__brick_sums;
+SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
-SPRINGLS__MATHS springls__moments springls__moments_load(const springls__brick_sums *sums, int i)
+SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
 {
     springls__moments m;
-    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);
-    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);
-    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);
-    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];
-    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];
+    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
+    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
+    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
+    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
     return m;
 }
 
 /* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
 /* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
@@ -4122,7 +4137,7 @@ SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x 
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 /* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], bool nearest, springls__brick_sums *sums)
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)
 {
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int y0, y1, z0, z1, y, z;
@@ -4137,6 +4152,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
         for (y = y0; y <= y1; y++) {
             offset.y = (float)y - p.y;
             if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (!springls__is_mine(group, y + 8 * z)) continue;
             if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
             else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
         }
@@ -4145,19 +4161,20 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                            springls__brick_sums *sums)
+                                            SPRINGLS__LOCAL float *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k, v;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-    for (k = 0; k < 3; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->facing[k][v] = 0.0f;
-    for (k = 0; k < SPRINGLS__SUMS; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->sum[k][v] = 0.0f;
+    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
+        for (v = 8 * r; v < 8 * r + 8; v++) {
+            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
+            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
+        }
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, true, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, false, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -4232,75 +4249,73 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
+    SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
     bool carry = job.i[0] != 0, some, at_edge;
-    uint8_t in_doubt = 0;
-    springls__brick_sums sums;
     springls__wide_tile tile;
     springls__near_ranges near_by;
-    int v, o[3];
+    int row, v, o[3];
+    tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, &sums);
-    if (some && carry) springls__load_wide_tile(g, g->phi, o, &tile);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        out[v] = phi[v];
-        if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
-            out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(&sums, v), carry, at_edge, phi[v]);
-        } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
-            out[v] = springls__doubtful(phi[v], g->far_value);
-            in_doubt = 1;
+    if (model->group.item == 0) *in_doubt = 0;
+    if (some) springls__brick_sums_take(model, &near_by, o, sums);
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) {
+            out[v] = phi[v];
+            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);
+            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
+                out[v] = springls__doubtful(phi[v], g->far_value);
+                *in_doubt = 1;
+            }
         }
-    }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = in_doubt;
 }
 
 /* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
-SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z, v;
-    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i]) {
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = from[v];
-        return;
+    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    int row, v;
+    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+        for (v = 8 * row; v < 8 * row + 8; v++) {
+            if (!in_doubt) out[v] = from[v];
+            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);
+        }
     }
-    springls__load_tile(g, g->phi_next, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job.f[0], out + 8 * y + 64 * z);
-    if (!job.i[0]) return;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
 }
 
 /* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z, o[3];
+    int row, x, o[3];
     (void)job;
     springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            const float *phi = tile + springls__tile_index(0, y, z);
-            SPRINGLS__GLOBAL float *row = out + 8 * y + 64 * z;
-            if (!springls__specks_row(phi, row) || !model->params.nucleate) continue;
-            for (x = 0; x < 8; x++) {
-                springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));
-                int n = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
-                if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) row[x] = phi[x];
-            }
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;
+        for (x = 0; x < 8; x++) {
+            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));
+            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
+            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];
         }
+    }
 }
 
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
@@ -4460,11 +4475,20 @@ SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid 
     return range;
 }
 
-SPRINGLS__MATHS springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)
+SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
 {
     springls__mc_cell cell;
     int c;
     for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
+    return cell;
+}
+
+/* The same cube from the grid itself: slower, without a tile. */
+SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
     return cell;
 }
 
@@ -4634,28 +4658,32 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
 #define SPRINGLS__CUBES 729 /* a brick */
 
 /* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
     uint32_t count = 0u;
-    int x, y, z, k;
-    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
-    for (k = 0; k < SPRINGLS__CUBES; k++) exposed[k] = 0;
-    for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++)
-            for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                int mask = springls__mc_case(cell);
-                for (k = 0; k < springls__mc_count(mask); k++) {
-                    springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                    if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
-                    exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
-                    count++;
-                }
+    int x, y, z, k, row;
+    if (model->group.item == 0) *total = 0u;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
+    for (row = model->group.item; row < 81; row += model->group.items) {
+        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
+        y = row % 9 - 1;
+        z = row / 9 - 1;
+        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
+        for (x = range.lo[0]; x <= range.hi[0]; x++) {
+            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+            int mask = springls__mc_case(cell);
+            for (k = 0; k < springls__mc_count(mask); k++) {
+                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
+                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
+                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
+                count++;
             }
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = count;
+        }
+    }
+    if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
 /* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
@@ -4664,15 +4692,11 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
     SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
     int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
-    bool loaded = false;
     for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
         int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
         springls__mc_cell cell;
         if (!exposed[cube]) continue;
-        if (!loaded) springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
-        loaded = true;
-        cell = springls__tile_cube(tile, x, y, z);
+        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);
         for (k = 0; k < 8; k++) {
             springls__tri t;
             springls__v3 p;
@@ -5038,7 +5062,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 
 typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
 
-SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
+SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)
 {
     springls__vec_cross7 v;
     v.c = springls__vec_load(t);
@@ -5058,7 +5082,7 @@ SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__v
 }
 
 /* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
     springls__vmask inside = springls__vec_abs(v.c) <= width;
@@ -5075,7 +5099,7 @@ SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega,
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -5115,7 +5139,7 @@ SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cr
 }
 
 /* Is one of the 26 neighbours on the other side? */
-SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
+SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)
 {
     springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
     springls__vmask inside = c < 0.0f;
@@ -5129,7 +5153,7 @@ SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
 }
 
 /* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
@@ -5144,7 +5168,7 @@ SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value,
     springls__vec_store(out, d);
 }
 
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
@@ -5163,7 +5187,7 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
@@ -5177,7 +5201,7 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
 
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
@@ -5193,34 +5217,34 @@ SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value,
 
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
-SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
+SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)
 {
     springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
 }
 
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
     for (i = row; i < row + 8; i += SPRINGLS__LANES) {
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec best = springls__vec_load(sums->nearest2 + i);
+        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));
         springls__vmask nearer = d2 < best;
         if (!springls__vmask_any(nearer)) continue;
-        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
-        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
-        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
+        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);
     }
 }
 
-SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
+SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
 {
-    float *at = &sums->sum[member][i];
+    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
@@ -5230,8 +5254,8 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
-              + springls__vec_load(sums->facing[2] + i) * s.n.z;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
@@ -5254,7 +5278,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -5278,7 +5302,7 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 }
 
 /* springls__without_speck; true when there was one. */
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;
@@ -5337,7 +5361,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5347,7 +5371,7 @@ SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, 
 }
 
 /* Is one of the 26 neighbours on the other side? */
-SPRINGLS__MATHS bool springls__touches(const float *t)
+SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)
 {
     int i;
     for (i = 0; i < 27; i++)
@@ -5355,7 +5379,7 @@ SPRINGLS__MATHS bool springls__touches(const float *t)
     return false;
 }
 
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5366,13 +5390,13 @@ SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, 
     }
 }
 
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
 }
 
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;
@@ -5383,21 +5407,21 @@ SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL flo
     return some;
 }
 
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
     for (i = row; i < row + 8; i++) {
         float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
-        if (d2 >= sums->nearest2[i]) continue;
-        sums->nearest2[i] = d2;
-        sums->facing[0][i] = s.n.x;
-        sums->facing[1][i] = s.n.y;
-        sums->facing[2][i] = s.n.z;
+        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;
+        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;
+        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;
+        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;
+        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;
     }
 }
 
-SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)
+SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)
 {
     const springls__v3 *from[3];
     int k;
@@ -5405,25 +5429,25 @@ SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, 
     from[1] = &m.normal;
     from[2] = &m.moved;
     for (k = 0; k < 3; k++) {
-        sums->sum[3 * k][i] = from[k]->x;
-        sums->sum[3 * k + 1][i] = from[k]->y;
-        sums->sum[3 * k + 2][i] = from[k]->z;
+        sums[springls__sum_at(3 * k, i)] = from[k]->x;
+        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;
+        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;
     }
-    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;
-    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;
+    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;
+    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;
 }
 
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     int i;
     for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);
+        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
         springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
         springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
@@ -5460,22 +5484,14 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
     X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
     X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
     X(plant, 512, SPRINGLS__SET_BITS)                                                               \
-    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
     X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
-    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
     X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
     X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
     X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
     X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
-    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
     X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \
     X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \
@@ -5484,6 +5500,17 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
     X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
     X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
     X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+
+/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
+#define SPRINGLS__BRICK_KERNELS(X) \
+    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \
+    X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \
+    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
+    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)
 
 /* Those whose loop is in lanes_*.h. */
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
@@ -5932,6 +5959,9 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+#define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
+    SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
+#undef SPRINGLS__BRICK_NUMBER
 #undef SPRINGLS__KERNEL_NUMBER
     SPRINGLS__KERNEL_COUNT
 } springls__kernel;
@@ -5941,12 +5971,20 @@ typedef struct springls__kernel_facts {
     void (*range)(const springls__model *model, springls__job job, int begin, int end);
     int grain;
     uint64_t writes;
+    bool brick; /* a work group does one */
 } springls__kernel_facts;
 
 #define SPRINGLS__RANGE(name)                                                                                            \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
     {                                                                                                                    \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+    }
+
+#define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        float memory[floats];                                                                                            \
+        for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
     }
 
 /* ======== >>lanes_relax  (src/lanes_relax.h) =================================================================== */
@@ -6285,11 +6323,17 @@ SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writ
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
 #undef SPRINGLS__RANGE_OF
+#define SPRINGLS__BRICK_RANGE_OF(name, grain, writes, floats) SPRINGLS__BRICK_RANGE(name, floats)
+SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
+#undef SPRINGLS__BRICK_RANGE_OF
 
 static const springls__kernel_facts springls__kernels[] = {
-#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes },
+#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
+#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats) { #name, springls__##name##_range, grain, writes, true },
+    SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
+#undef SPRINGLS__BRICK_FACTS
 };
 
 typedef struct springls__range_job { const springls_context *ctx; const springls__kernel_facts *kernel; springls__job job; } springls__range_job;
@@ -6587,6 +6631,7 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
         g->bricks[axis] = (g->size[axis] + 7) / 8;
     }
     ctx->model.reference = *g;
+    ctx->model.group = springls__alone();
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__brick_count(g), 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__brick_count(g), 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
@@ -7631,7 +7676,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_interface, ctx->model.grid.active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
     springls__swap_phi(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
     return springls__band_move(ctx);
@@ -8209,7 +8254,7 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
     int i, x, y, z, k, m;
     for (i = 0; i < g->active_count; i++) {
         springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
                 for (x = range.lo[0]; x <= range.hi[0]; x++) {
@@ -9561,7 +9606,7 @@ SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
     double sum = 0.0, count = 0.0;
     int i, v, d;
     for (i = 0; i < g->active_count; i++) {
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             static const int next[3] = { 1, SPRINGLS__TILE, SPRINGLS__TILE * SPRINGLS__TILE };
             const float *c = tile + springls__tile_index(v & 7, v >> 3 & 7, v >> 6);
@@ -9605,7 +9650,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__run(ctx, SPRINGLS__KERNEL_interface, g->active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, springls__no_job());
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
@@ -10832,7 +10877,7 @@ SPRINGLS__FN int springls__count_triangles(const springls_context *ctx)
     int i, x, y, z, total = 0;
     for (i = 0; i < g->active_count; i++) {
         springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
                 for (x = range.lo[0]; x <= range.hi[0]; x++) total += springls__mc_count(springls__mc_case(springls__tile_cube(tile, x, y, z)));
@@ -10870,7 +10915,7 @@ SPRINGLS__FN void springls__weld_brick(const springls__grid *g, int slot, spring
     springls__cube_range range = springls__brick_cubes(g, slot);
     float tile[SPRINGLS__TILE_VOXELS];
     int x, y, z, k, m;
-    springls__load_tile(g, g->phi, slot, tile);
+    springls__load_tile(g, g->phi, slot, springls__alone(), tile);
     for (z = range.lo[2]; z <= range.hi[2]; z++)
         for (y = range.lo[1]; y <= range.hi[1]; y++)
             for (x = range.lo[0]; x <= range.hi[0]; x++) {
@@ -11190,6 +11235,9 @@ static const char *const springls__kernel_lines[] = {
     "  #pragma OPENCL FP_CONTRACT OFF\n",
     "  #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
+    "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
+    "  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)\n",
+    "  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
     "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
@@ -11216,6 +11264,9 @@ static const char *const springls__kernel_lines[] = {
     "    #define SPRINGLS__MATHS static inline\n",
     "  #endif\n",
     "  #define SPRINGLS__GLOBAL\n",
+    "  #define SPRINGLS__LOCAL\n",
+    "  #define SPRINGLS__BARRIER (void)0\n",
+    "  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))\n",
     "  /* Never called: on the host it is a callback. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
@@ -11237,7 +11288,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1027 \"springls.h\"\n",
+    "#line 1033 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11380,7 +11431,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1171 \"springls.h\"\n",
+    "#line 1177 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11447,7 +11498,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1239 \"springls.h\"\n",
+    "#line 1245 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11518,6 +11569,21 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__SCRATCHES 8\n",
     "\n",
+    "/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */\n",
+    "#define SPRINGLS__ROWS 64\n",
+    "\n",
+    "typedef struct springls__group { int item, items; } springls__group;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__group springls__alone(void)\n",
+    "{\n",
+    "    springls__group group;\n",
+    "    group.item = 0;\n",
+    "    group.items = 1;\n",
+    "    return group;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }\n",
+    "\n",
     "typedef struct springls__model {\n",
     "    springls__constellation set;\n",
     "    springls__grid grid;\n",
@@ -11531,6 +11597,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
     "    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */\n",
     "    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */\n",
+    "    springls__group group;\n",
     "    springls_params params;\n",
     "} springls__model;\n",
     "\n",
@@ -11680,7 +11747,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1473 \"springls.h\"\n",
+    "#line 1495 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11787,36 +11854,29 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }\n",
     "\n",
-    "SPRINGLS__MATHS void springls__load_border_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], float *tile)\n",
+    "/* Each item of a group loads some of its rows; it is there for all when this returns. */\n",
+    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,\n",
+    "                                         SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    int x, y, z;\n",
-    "    for (z = -1; z <= 8; z++)\n",
-    "        for (y = -1; y <= 8; y++)\n",
-    "            for (x = -1; x <= 8; x++)\n",
-    "                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, float *tile)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const float *inner;\n",
-    "    int origin[3], x, y, z;\n",
-    "    springls__slot_origin(g, slot, origin);\n",
-    "    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]\n",
-    "        || origin[2] + 9 > g->size[2]) {\n",
-    "        springls__load_border_tile(g, field, origin, tile);\n",
-    "        return;\n",
-    "    }\n",
-    "    for (z = -1; z <= 8; z++) {\n",
-    "        for (y = -1; y <= 8; y++) {\n",
-    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);\n",
-    "            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);\n",
-    "            float *out = tile + springls__tile_index(0, y, z);\n",
-    "            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];\n",
-    "            inner = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;\n",
-    "            for (x = 0; x < 8; x++) out[x] = inner[x];\n",
-    "            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];\n",
+    "    int o[3], row, x;\n",
+    "    bool border;\n",
+    "    springls__slot_origin(g, slot, o);\n",
+    "    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];\n",
+    "    SPRINGLS__BARRIER; /* whoever still reads what was in it */\n",
+    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {\n",
+    "        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;\n",
+    "        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;\n",
+    "        if (border) {\n",
+    "            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);\n",
+    "        } else {\n",
+    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);\n",
+    "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
+    "            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
+    "            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
     "        }\n",
     "    }\n",
+    "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -11833,7 +11893,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)\n",
+    "SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    springls__cross7 v;\n",
     "    v.c = t[0];\n",
@@ -11849,41 +11909,44 @@ static const char *const springls__kernel_lines[] = {
     "/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */\n",
     "#define SPRINGLS__WIDE_MARGIN 3\n",
     "#define SPRINGLS__WIDE 14\n",
+    "#define SPRINGLS__WIDE_VOXELS 2744\n",
     "\n",
     "typedef struct springls__wide_tile {\n",
     "    const springls__grid *g;\n",
     "    SPRINGLS__GLOBAL const float *field;\n",
     "    int origin[3];\n",
-    "    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];\n",
+    "    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */\n",
     "} springls__wide_tile;\n",
     "\n",
-    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__wide_tile *tile)\n",
+    "/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work\n",
+    "   items must. */\n",
+    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,\n",
+    "                                              bool wanted, springls__wide_tile *tile)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN;\n",
-    "    int x, y, z;\n",
+    "    int x, row;\n",
     "    bool border = false;\n",
-    "    float *out = tile->value;\n",
     "    tile->g = g;\n",
     "    tile->field = field;\n",
     "    for (x = 0; x < 3; x++) {\n",
     "        tile->origin[x] = origin[x];\n",
     "        border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];\n",
     "    }\n",
-    "    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)\n",
-    "        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {\n",
-    "            if (border) {\n",
-    "                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);\n",
-    "            } else {\n",
-    "                SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
-    "                size_t row = (size_t)springls__voxel_in_brick(0, y, z);\n",
-    "                SPRINGLS__GLOBAL const float *lower = field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m;\n",
-    "                SPRINGLS__GLOBAL const float *own = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;\n",
-    "                SPRINGLS__GLOBAL const float *upper = field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row;\n",
-    "                for (x = 0; x < m; x++) out[x] = lower[x];\n",
-    "                for (x = 0; x < 8; x++) out[m + x] = own[x];\n",
-    "                for (x = 0; x < m; x++) out[m + 8 + x] = upper[x];\n",
-    "            }\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (row = group.item; wanted && row < SPRINGLS__WIDE * SPRINGLS__WIDE; row += group.items) {\n",
+    "        int y = origin[1] + row % SPRINGLS__WIDE - m, z = origin[2] + row / SPRINGLS__WIDE - m;\n",
+    "        SPRINGLS__LOCAL float *out = tile->value + SPRINGLS__WIDE * row;\n",
+    "        if (border) {\n",
+    "            for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);\n",
+    "        } else {\n",
+    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
+    "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
+    "            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];\n",
+    "            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
     "        }\n",
+    "    }\n",
+    "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
     "/* Trilinear value at x, in voxels from the brick's first one. */\n",
@@ -11892,7 +11955,7 @@ static const char *const springls__kernel_lines[] = {
     "    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;\n",
     "    const float lower = (float)-m, upper = (float)(7 + m);\n",
     "    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];\n",
-    "    const float *t;\n",
+    "    SPRINGLS__LOCAL const float *t;\n",
     "    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {\n",
     "        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);\n",
     "        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));\n",
@@ -11920,7 +11983,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1714 \"springls.h\"\n",
+    "#line 1732 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -11996,17 +12059,30 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
     "                                         SPRINGLS__GLOBAL float *row);\n",
     "\n",
-    "/* Exact distance to the springls in active brick `index`, clamped at params.capture. */\n",
-    "SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int index)\n",
+    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "\n",
+    "/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture;\n",
-    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int origin[3], i, y, z;\n",
+    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
+    "    int origin[3], v, y, z;\n",
     "    uint32_t k;\n",
-    "    springls__slot_origin(g, g->active[index], origin);\n",
-    "    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;\n",
-    "    for (k = model->cells.near_first[index]; k < model->cells.near_first[index + 1]; k++) {\n",
+    "    (void)job;\n",
+    "    (void)memory;\n",
+    "    SPRINGLS__BARRIER; /* all have read whether it is */\n",
+    "    if (!unknown) return;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
+    "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
+    "    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
@@ -12018,21 +12094,9 @@ static const char *const springls__kernel_lines[] = {
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
-    "                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "                if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
     "    }\n",
-    "}\n",
-    "\n",
-    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
-    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
-    "{\n",
-    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
-    "}\n",
-    "\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    (void)job;\n",
-    "    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);\n",
     "}\n",
     "\n",
     "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
@@ -12048,7 +12112,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1843 \"springls.h\"\n",
+    "#line 1862 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12166,7 +12230,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1962 \"springls.h\"\n",
+    "#line 1981 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12228,7 +12292,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2025 \"springls.h\"\n",
+    "#line 2044 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12426,7 +12490,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2224 \"springls.h\"\n",
+    "#line 2243 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12590,7 +12654,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2389 \"springls.h\"\n",
+    "#line 2408 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12616,7 +12680,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2416 \"springls.h\"\n",
+    "#line 2435 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12685,7 +12749,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2486 \"springls.h\"\n",
+    "#line 2505 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -12736,7 +12800,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2538 \"springls.h\"\n",
+    "#line 2557 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -12910,7 +12974,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2713 \"springls.h\"\n",
+    "#line 2732 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13031,7 +13095,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2835 \"springls.h\"\n",
+    "#line 2854 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -13164,7 +13228,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2969 \"springls.h\"\n",
+    "#line 2988 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13569,7 +13633,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3375 \"springls.h\"\n",
+    "#line 3394 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13663,7 +13727,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3470 \"springls.h\"\n",
+    "#line 3489 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -13762,7 +13826,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3570 \"springls.h\"\n",
+    "#line 3589 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -13943,7 +14007,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3752 \"springls.h\"\n",
+    "#line 3771 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -13975,34 +14039,32 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
-    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,\n",
+    "                                          SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* phi_next from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
-    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];\n",
-    "    int x, y, z, d;\n",
+    "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
+    "    float block[27];\n",
+    "    int row, x, d;\n",
     "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], phi);\n",
-    "    springls__load_tile(g, g->omega, g->active[i], omega);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) {\n",
-    "            int at = springls__tile_index(0, y, z);\n",
-    "            springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
+    "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        int at = springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
+    "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
+    "            if (springls__fabs(phi[at + x]) > width) continue;\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];\n",
+    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
     "        }\n",
-    "    if (lambda == 0.0f) return;\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++)\n",
-    "            for (x = 0; x < 8; x++) {\n",
-    "                if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;\n",
-    "                for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];\n",
-    "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
-    "            }\n",
+    "    }\n",
     "}\n",
-    "#line 3812 \"springls.h\"\n",
+    "#line 3829 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14097,7 +14159,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3908 \"springls.h\"\n",
+    "#line 3925 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14168,33 +14230,31 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Rows of eight voxels; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
-    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int y, z;\n",
+    "    int row;\n",
     "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
     "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
-    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int y, z;\n",
+    "    int row;\n",
     "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
     "/* Which of the 27 bricks around (and including) a brick the band reaches. */\n",
@@ -14218,7 +14278,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4030 \"springls.h\"\n",
+    "#line 4045 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14273,38 +14333,38 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */\n",
+    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its\n",
+    "   normal (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
     "#define SPRINGLS__SUM_WEIGHT 9\n",
     "#define SPRINGLS__SUM_HEIGHT 10\n",
     "#define SPRINGLS__SUMS 11\n",
+    "#define SPRINGLS__NEAREST2 11\n",
+    "#define SPRINGLS__FACING 12\n",
+    "#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */\n",
     "\n",
-    "typedef struct springls__brick_sums {\n",
-    "    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */\n",
-    "    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */\n",
-    "    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];\n",
-    "} springls__brick_sums;\n",
+    "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
     "\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_load(const springls__brick_sums *sums, int i)\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)\n",
     "{\n",
     "    springls__moments m;\n",
-    "    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);\n",
-    "    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);\n",
-    "    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);\n",
-    "    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];\n",
-    "    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];\n",
+    "    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);\n",
+    "    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);\n",
+    "    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);\n",
+    "    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];\n",
+    "    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];\n",
     "    return m;\n",
     "}\n",
     "\n",
     "/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
     "\n",
     "/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);\n",
-    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
@@ -14314,7 +14374,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
     "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
-    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], bool nearest, springls__brick_sums *sums)\n",
+    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
     "    int y0, y1, z0, z1, y, z;\n",
@@ -14329,6 +14389,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (y = y0; y <= y1; y++) {\n",
     "            offset.y = (float)y - p.y;\n",
     "            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
+    "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
     "            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);\n",
     "            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);\n",
     "        }\n",
@@ -14337,19 +14398,20 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
-    "                                            springls__brick_sums *sums)\n",
+    "                                            SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k, v;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
-    "    for (k = 0; k < 3; k++)\n",
-    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->facing[k][v] = 0.0f;\n",
-    "    for (k = 0; k < SPRINGLS__SUMS; k++)\n",
-    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->sum[k][v] = 0.0f;\n",
+    "    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)\n",
+    "        for (v = 8 * r; v < 8 * r + 8; v++) {\n",
+    "            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;\n",
+    "            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;\n",
+    "        }\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, true, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, false, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -14424,77 +14486,75 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */\n",
-    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__LOCAL float *sums = memory;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
     "    bool carry = job.i[0] != 0, some, at_edge;\n",
-    "    uint8_t in_doubt = 0;\n",
-    "    springls__brick_sums sums;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
-    "    int v, o[3];\n",
+    "    int row, v, o[3];\n",
+    "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
     "    at_edge = some && springls__near_edge(model, &near_by);\n",
-    "    if (some) springls__brick_sums_take(model, &near_by, o, &sums);\n",
-    "    if (some && carry) springls__load_wide_tile(g, g->phi, o, &tile);\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {\n",
-    "        out[v] = phi[v];\n",
-    "        if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {\n",
-    "            out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(&sums, v), carry, at_edge, phi[v]);\n",
-    "        } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
-    "            out[v] = springls__doubtful(phi[v], g->far_value);\n",
-    "            in_doubt = 1;\n",
+    "    if (model->group.item == 0) *in_doubt = 0;\n",
+    "    if (some) springls__brick_sums_take(model, &near_by, o, sums);\n",
+    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
+    "            out[v] = phi[v];\n",
+    "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {\n",
+    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);\n",
+    "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
+    "                out[v] = springls__doubtful(phi[v], g->far_value);\n",
+    "                *in_doubt = 1;\n",
+    "            }\n",
     "        }\n",
-    "    }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = in_doubt;\n",
     "}\n",
     "\n",
     "/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */\n",
-    "SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int y, z, v;\n",
-    "    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i]) {\n",
-    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = from[v];\n",
-    "        return;\n",
+    "    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;\n",
+    "    int row, v;\n",
+    "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
+    "            if (!in_doubt) out[v] = from[v];\n",
+    "            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);\n",
+    "        }\n",
     "    }\n",
-    "    springls__load_tile(g, g->phi_next, g->active[i], tile);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job.f[0], out + 8 * y + 64 * z);\n",
-    "    if (!job.i[0]) return;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);\n",
     "}\n",
     "\n",
     "/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */\n",
-    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int x, y, z, o[3];\n",
+    "    int row, x, o[3];\n",
     "    (void)job;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) {\n",
-    "            const float *phi = tile + springls__tile_index(0, y, z);\n",
-    "            SPRINGLS__GLOBAL float *row = out + 8 * y + 64 * z;\n",
-    "            if (!springls__specks_row(phi, row) || !model->params.nucleate) continue;\n",
-    "            for (x = 0; x < 8; x++) {\n",
-    "                springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));\n",
-    "                int n = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;\n",
-    "                if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) row[x] = phi[x];\n",
-    "            }\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;\n",
+    "        for (x = 0; x < 8; x++) {\n",
+    "            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));\n",
+    "            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;\n",
+    "            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];\n",
     "        }\n",
+    "    }\n",
     "}\n",
-    "#line 4307 \"springls.h\"\n",
+    "#line 4322 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -14651,11 +14711,20 @@ static const char *const springls__kernel_lines[] = {
     "    return range;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)\n",
+    "SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
     "    int c;\n",
     "    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];\n",
+    "    return cell;\n",
+    "}\n",
+    "\n",
+    "/* The same cube from the grid itself: slower, without a tile. */\n",
+    "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    springls__mc_cell cell;\n",
+    "    int c;\n",
+    "    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));\n",
     "    return cell;\n",
     "}\n",
     "\n",
@@ -14672,7 +14741,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4486 \"springls.h\"\n",
+    "#line 4510 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14797,7 +14866,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4612 \"springls.h\"\n",
+    "#line 4636 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14823,28 +14892,32 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__CUBES 729 /* a brick */\n",
     "\n",
     "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
-    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
     "    uint32_t count = 0u;\n",
-    "    int x, y, z, k;\n",
-    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);\n",
-    "    for (k = 0; k < SPRINGLS__CUBES; k++) exposed[k] = 0;\n",
-    "    for (z = range.lo[2]; z <= range.hi[2]; z++)\n",
-    "        for (y = range.lo[1]; y <= range.hi[1]; y++)\n",
-    "            for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
-    "                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
-    "                int mask = springls__mc_case(cell);\n",
-    "                for (k = 0; k < springls__mc_count(mask); k++) {\n",
-    "                    springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
-    "                    if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;\n",
-    "                    exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);\n",
-    "                    count++;\n",
-    "                }\n",
+    "    int x, y, z, k, row;\n",
+    "    if (model->group.item == 0) *total = 0u;\n",
+    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
+    "        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
+    "        y = row % 9 - 1;\n",
+    "        z = row / 9 - 1;\n",
+    "        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;\n",
+    "        for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
+    "            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
+    "            int mask = springls__mc_case(cell);\n",
+    "            for (k = 0; k < springls__mc_count(mask); k++) {\n",
+    "                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
+    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;\n",
+    "                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);\n",
+    "                count++;\n",
     "            }\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = count;\n",
+    "        }\n",
+    "    }\n",
+    "    if (count > 0u) SPRINGLS__ADD(total, count);\n",
     "}\n",
     "\n",
     "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
@@ -14853,15 +14926,11 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
     "    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    bool loaded = false;\n",
     "    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {\n",
     "        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;\n",
     "        springls__mc_cell cell;\n",
     "        if (!exposed[cube]) continue;\n",
-    "        if (!loaded) springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);\n",
-    "        loaded = true;\n",
-    "        cell = springls__tile_cube(tile, x, y, z);\n",
+    "        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);\n",
     "        for (k = 0; k < 8; k++) {\n",
     "            springls__tri t;\n",
     "            springls__v3 p;\n",
@@ -14892,7 +14961,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4708 \"springls.h\"\n",
+    "#line 4732 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15132,7 +15201,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4949 \"springls.h\"\n",
+    "#line 4973 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15163,7 +15232,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4981 \"springls.h\"\n",
+    "#line 5005 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15224,7 +15293,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;\n",
     "\n",
-    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)\n",
+    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    springls__vec_cross7 v;\n",
     "    v.c = springls__vec_load(t);\n",
@@ -15244,7 +15313,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
-    "SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
     "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
@@ -15261,7 +15330,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
@@ -15301,7 +15370,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Is one of the 26 neighbours on the other side? */\n",
-    "SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)\n",
+    "SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;\n",
     "    springls__vmask inside = c < 0.0f;\n",
@@ -15315,7 +15384,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */\n",
-    "SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
     "    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;\n",
@@ -15330,7 +15399,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, d);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);\n",
@@ -15349,7 +15418,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
     "\n",
-    "SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
     "    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));\n",
@@ -15363,14 +15432,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);\n",
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5189 \"springls.h\"\n",
+    "#line 5213 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -15378,34 +15447,34 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
-    "SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)\n",
+    "SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)\n",
     "{\n",
     "    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
     "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
-    "        springls__vec best = springls__vec_load(sums->nearest2 + i);\n",
+    "        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));\n",
     "        springls__vmask nearer = d2 < best;\n",
     "        if (!springls__vmask_any(nearer)) continue;\n",
-    "        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));\n",
-    "        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);\n",
-    "        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);\n",
-    "        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);\n",
+    "        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));\n",
+    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);\n",
+    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);\n",
+    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)\n",
+    "SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
     "{\n",
-    "    float *at = &sums->sum[member][i];\n",
+    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
@@ -15415,8 +15484,8 @@ static const char *const springls__kernel_lines[] = {
     "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
     "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
     "        if (!springls__vmask_any(w > zero)) continue;\n",
-    "        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y\n",
-    "              + springls__vec_load(sums->facing[2] + i) * s.n.z;\n",
+    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
+    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
     "        w = w * w;\n",
     "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
@@ -15439,7 +15508,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__settled; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
@@ -15463,7 +15532,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__without_speck; true when there was one. */\n",
-    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
     "    int i;\n",
@@ -15478,7 +15547,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5298 \"springls.h\"\n",
+    "#line 5322 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -15521,7 +15590,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -15531,7 +15600,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Is one of the 26 neighbours on the other side? */\n",
-    "SPRINGLS__MATHS bool springls__touches(const float *t)\n",
+    "SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 27; i++)\n",
@@ -15539,7 +15608,7 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -15550,13 +15619,13 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
     "    int i;\n",
@@ -15567,21 +15636,21 @@ static const char *const springls__kernel_lines[] = {
     "    return some;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i++) {\n",
     "        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);\n",
-    "        if (d2 >= sums->nearest2[i]) continue;\n",
-    "        sums->nearest2[i] = d2;\n",
-    "        sums->facing[0][i] = s.n.x;\n",
-    "        sums->facing[1][i] = s.n.y;\n",
-    "        sums->facing[2][i] = s.n.z;\n",
+    "        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;\n",
+    "        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;\n",
+    "        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;\n",
+    "        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;\n",
+    "        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)\n",
+    "SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)\n",
     "{\n",
     "    const springls__v3 *from[3];\n",
     "    int k;\n",
@@ -15589,32 +15658,32 @@ static const char *const springls__kernel_lines[] = {
     "    from[1] = &m.normal;\n",
     "    from[2] = &m.moved;\n",
     "    for (k = 0; k < 3; k++) {\n",
-    "        sums->sum[3 * k][i] = from[k]->x;\n",
-    "        sums->sum[3 * k + 1][i] = from[k]->y;\n",
-    "        sums->sum[3 * k + 2][i] = from[k]->z;\n",
+    "        sums[springls__sum_at(3 * k, i)] = from[k]->x;\n",
+    "        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;\n",
+    "        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;\n",
     "    }\n",
-    "    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;\n",
-    "    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;\n",
+    "    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;\n",
+    "    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i++) {\n",
-    "        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);\n",
+    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
     "        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);\n",
     "        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);\n",
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5435 \"springls.h\"\n",
+    "#line 5459 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -15643,22 +15712,14 @@ static const char *const springls__kernel_lines[] = {
     "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
     "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
     "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
     "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
-    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
-    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
     "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
     "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
-    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
-    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
     "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
     "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
-    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
-    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
     "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \\\n",
     "    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \\\n",
     "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \\\n",
@@ -15667,6 +15728,17 @@ static const char *const springls__kernel_lines[] = {
     "    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \\\n",
     "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
     "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "\n",
+    "/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */\n",
+    "#define SPRINGLS__BRICK_KERNELS(X) \\\n",
+    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \\\n",
+    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
+    "    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)\n",
     "\n",
     "/* Those whose loop is in lanes_*.h. */\n",
     "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
@@ -15685,7 +15757,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 15689 \"springls.h\"\n",
+    "#line 15761 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16099,7 +16171,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16103 \"springls.h\"\n",
+    "#line 16175 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16292,27 +16364,44 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16296 \"springls.h\"\n",
+    "#line 16368 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
     "#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;\n",
     "\n",
-    "/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`, `grain` of them a work item. */\n",
-    "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                              \\\n",
+    "#define SPRINGLS__BEGIN(first)                                                                                                   \\\n",
+    "    springls__model model;                                                                                                       \\\n",
+    "    int i = (first) * grain, end = springls__imin(i + grain, count);                                                             \\\n",
+    "    SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                           \\\n",
+    "    springls__shape_set(&model, shape);                                                                                          \\\n",
+    "    model.params = params;\n",
+    "\n",
+    "/* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */\n",
+    "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
     "                                         springls__job job, int count, int grain)                                                \\\n",
     "    {                                                                                                                            \\\n",
-    "        springls__model model;                                                                                                   \\\n",
-    "        int i = (int)get_global_id(0) * grain, end = springls__imin(i + grain, count);                                           \\\n",
-    "        SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                       \\\n",
-    "        springls__shape_set(&model, shape);                                                                                      \\\n",
-    "        model.params = params;                                                                                                   \\\n",
+    "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
+    "        model.group = springls__alone();                                                                                         \\\n",
     "        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i);                                                  \\\n",
+    "    }\n",
+    "\n",
+    "/* ... or a work group. */\n",
+    "#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \\\n",
+    "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
+    "                                         springls__job job, int count, int grain)                                                \\\n",
+    "    {                                                                                                                            \\\n",
+    "        __local float memory[floats];                                                                                            \\\n",
+    "        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \\\n",
+    "        model.group.item = (int)get_local_id(0);                                                                                 \\\n",
+    "        model.group.items = (int)get_local_size(0);                                                                              \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i, memory);                                          \\\n",
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)\n",
+    "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
     "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",

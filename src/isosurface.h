@@ -10,7 +10,7 @@ SPRINGLS__FN int springls__count_triangles(const springls_context *ctx)
     int i, x, y, z, total = 0;
     for (i = 0; i < g->active_count; i++) {
         springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
                 for (x = range.lo[0]; x <= range.hi[0]; x++) total += springls__mc_count(springls__mc_case(springls__tile_cube(tile, x, y, z)));
@@ -48,7 +48,7 @@ SPRINGLS__FN void springls__weld_brick(const springls__grid *g, int slot, spring
     springls__cube_range range = springls__brick_cubes(g, slot);
     float tile[SPRINGLS__TILE_VOXELS];
     int x, y, z, k, m;
-    springls__load_tile(g, g->phi, slot, tile);
+    springls__load_tile(g, g->phi, slot, springls__alone(), tile);
     for (z = range.lo[2]; z <= range.hi[2]; z++)
         for (y = range.lo[1]; y <= range.hi[1]; y++)
             for (x = range.lo[0]; x <= range.hi[0]; x++) {

@@ -45,7 +45,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_interface, ctx->model.grid.active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
     springls__swap_phi(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
     return springls__band_move(ctx);

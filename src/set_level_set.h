@@ -175,7 +175,7 @@ SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
     double sum = 0.0, count = 0.0;
     int i, v, d;
     for (i = 0; i < g->active_count; i++) {
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             static const int next[3] = { 1, SPRINGLS__TILE, SPRINGLS__TILE * SPRINGLS__TILE };
             const float *c = tile + springls__tile_index(v & 7, v >> 3 & 7, v >> 6);
@@ -219,7 +219,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__run(ctx, SPRINGLS__KERNEL_interface, g->active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, springls__no_job());
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);

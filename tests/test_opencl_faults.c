@@ -4,11 +4,8 @@
 #include "springls_cl.h"
 #include "opencl_stub.h"
 
-#if defined(OPENCL_STUB) && defined(__unix__)
-#include <dlfcn.h>
-#endif
-
 static const stub_controls *stub; /* NULL: there is none here, or no OpenCL behind it */
+static char stub_path[512];
 static springls_backend *reliable; /* made without a fault; for many contexts */
 static int objects_before; /* the test */
 
@@ -41,10 +38,6 @@ FIXTURE springls_status fault_create(const char *library, fault_log *log, spring
     return springls_cl_create(&desc, backend);
 }
 
-#ifndef OPENCL_STUB
-#define OPENCL_STUB ""
-#endif
-
 FIXTURE void fault_count(void)
 {
     stub->begin();
@@ -61,7 +54,7 @@ TEST making_a_backend_fails(int error)
     springls_backend *backend;
     NEEDS_STUB();
     fault_count();
-    ASSERT_OK(fault_create(OPENCL_STUB, &log, &backend));
+    ASSERT_OK(fault_create(stub_path, &log, &backend));
     ASSERT_EQ(0, log.errors + log.warnings);
     calls = stub->calls(NULL);
     ASSERT_GT(calls, SPRINGLS__KERNEL_COUNT);
@@ -71,7 +64,7 @@ TEST making_a_backend_fails(int error)
         springls_status status;
         stub->begin();
         stub->fail(NULL, call, error, 0);
-        status = fault_create(OPENCL_STUB, &log, &backend);
+        status = fault_create(stub_path, &log, &backend);
         if (status == SPRINGLS_OK) { /* another platform or kind of device was tried, or a name is not known */
             ASSERT(strncmp(stub->failed(), "clGet", 5) == 0);
             ASSERT(springls_cl_exact(backend));
@@ -95,7 +88,7 @@ TEST kernels_do_not_compile(void)
     NEEDS_STUB();
     fault_count();
     stub->fail("clBuildProgram", 0, CL_BUILD_PROGRAM_FAILURE, 0);
-    ASSERT_STATUS(SPRINGLS_DEVICE, fault_create(OPENCL_STUB, &log, &backend));
+    ASSERT_STATUS(SPRINGLS_DEVICE, fault_create(stub_path, &log, &backend));
     ASSERT(backend == NULL);
     ASSERT(strstr(log.lines, "springls.h:1234:5: error: made up by the stub\nand a second line\n") != NULL);
     ASSERT(strstr(log.lines, "the kernels do not compile") != NULL);
@@ -111,7 +104,7 @@ TEST no_platform_and_no_library(void)
     NEEDS_STUB();
     fault_count();
     stub->hide_platforms(1);
-    ASSERT_STATUS(SPRINGLS_DEVICE, fault_create(OPENCL_STUB, &log, &backend));
+    ASSERT_STATUS(SPRINGLS_DEVICE, fault_create(stub_path, &log, &backend));
     ASSERT(backend == NULL && log.warnings == 1 && strstr(log.lines, "no device") != NULL);
     stub->begin();
     ASSERT_STATUS(SPRINGLS_DEVICE, fault_create("libthere-is-none.so", &log, &backend));
@@ -123,7 +116,7 @@ TEST no_platform_and_no_library(void)
 /* A copy of the stub whose symbol `name` is called otherwise. */
 FIXTURE bool fault_library_without(const char *name, const char *path)
 {
-    FILE *file = fopen(OPENCL_STUB, "rb");
+    FILE *file = fopen(stub_path, "rb");
     char *bytes;
     long size, i;
     size_t length = strlen(name) + 1;
@@ -150,14 +143,14 @@ TEST functions_are_missing(void)
 #define FAULT_FUNCTION(name, result, arguments) "cl" #name,
     static const char *const functions[] = { SPRINGLS__CL_FUNCTIONS(FAULT_FUNCTION) };
 #undef FAULT_FUNCTION
-    char path[512];
+    char path[sizeof stub_path + 8];
     fault_log log;
     springls_backend *backend;
     size_t i;
     NEEDS_STUB();
     fault_count();
     for (i = 0; i < sizeof functions / sizeof *functions; i++) {
-        snprintf(path, sizeof path, "%s.part", OPENCL_STUB);
+        snprintf(path, sizeof path, "%s.part", stub_path);
         ASSERT(fault_library_without(functions[i], path));
         ASSERT_STATUS(SPRINGLS_DEVICE, fault_create(path, &log, &backend));
         remove(path);
@@ -378,14 +371,16 @@ GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {
-    GREATEST_MAIN_BEGIN();
-#if defined(__unix__)
-    void *library = dlopen(OPENCL_STUB, RTLD_NOW | RTLD_LOCAL);
+    const char *slash = strrchr(argv[0], '/');
+    void *library;
     fault_log log;
-    if (library) stub = (const stub_controls *)dlsym(library, "stub_control");
+    GREATEST_MAIN_BEGIN();
+    snprintf(stub_path, sizeof stub_path, "%.*s/opencl_stub.so", slash ? (int)(slash - argv[0]) : 1, slash ? argv[0] : "."); /* beside this program */
+    library = SPRINGLS__CL_OPEN(stub_path);
+    if (library) stub = (const stub_controls *)SPRINGLS__CL_FIND(library, "stub_control");
+    if (!stub) printf("there is no %s\n", stub_path);
     if (stub) stub->begin();
-    if (stub && (fault_create(OPENCL_STUB, &log, &reliable) != SPRINGLS_OK || !springls_cl_exact(reliable))) stub = NULL;
-#endif
+    if (stub && (fault_create(stub_path, &log, &reliable) != SPRINGLS_OK || !springls_cl_exact(reliable))) stub = NULL;
     RUN_SUITE(making);
     RUN_SUITE(working);
     springls_cl_destroy(reliable);
