@@ -22,7 +22,7 @@ MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
                 $(if $(filter 0,$(OPENMP)),,-fopenmp) $(NIFTI) $(CFLAGS)
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
-                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(CFLAGS)
+                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(filter 1,$(WITH_OPENCL)),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
@@ -38,7 +38,7 @@ EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
 # Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
-TEST_FILES   := $(if $(filter tsan,$(VARIANT)),$(shell grep -l -e pthread -e histories.h tests/test_*.c),$(sort $(wildcard tests/test_*.c)))
+TEST_FILES   := $(filter-out tests/test_opencl_%,$(if $(filter tsan,$(VARIANT)),$(shell grep -l -e pthread -e histories.h tests/test_*.c),$(sort $(wildcard tests/test_*.c))))
 TESTS        := $(patsubst tests/%.c,$(TEST_DIR)/%,$(TEST_FILES))
 
 ifdef SPRINGLS_DATA
@@ -47,7 +47,7 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-test deps-bench check examples demo test test-run bench paper ablation motions install format clean \
+.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions install format clean \
         asan ubsan tsan compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -56,11 +56,11 @@ help:   ## this list
 
 # ---- set-up: finds what is missing and installs it, saying so ----
 
-deps: deps-test deps-demo   ## install what demo and test need, where missing
+deps: deps-test deps-demo deps-opencl   ## install what demo and test need, where missing
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-test deps-bench deps-matrix:
+deps-demo deps-test deps-opencl deps-bench deps-matrix:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -84,7 +84,7 @@ check: build/embed   ## is springls.h what the parts produce? is its OpenCL text
 	@build/print_kernels > build/kernels.cl
 	@tests/compile/kernels.sh build/kernels.cl
 
-SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES)
+SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES) $(WITH_OPENCL)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
 .PRECIOUS: %/settings
 %/settings: FORCE
@@ -130,9 +130,11 @@ endif
 $(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
 	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
 
-test: deps-test   ## build and run tests/test_*.c, each a program of its own
-	@if $(DEPS) demo; then with=1; else with=0; echo "Going on without: the tests that want these are skipped."; fi; \
-	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with
+test: deps-test   ## build and run tests/test_*.c, each a program of its own, on both backends
+	@without="Going on without: the tests that want these are skipped."; \
+	  if $(DEPS) demo; then with=1; else with=0; echo "$$without"; fi; \
+	  if $(DEPS) opencl; then opencl=1; else opencl=0; echo "$$without"; fi; \
+	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
 
 # Beside another library, where that is installed. Its own memory handling would occupy the sanitizers.
 ifneq ($(VARIANT),)
@@ -142,8 +144,19 @@ $(TEST_DIR)/test_openvdb: tests/test_openvdb.cc springls.h $(TEST_DIR)/settings
 	$(SAY)$(CXX) -std=c++17 $(EXACT) -O1 -I. -Itests -MMD -MP -MF $@.d -o $@ $< -Wl,--copy-dt-needed-entries -lopenvdb -ltbb $(TEST_LIBS)
 endif
 
-test-run: $(TESTS)
-	@tests/run.sh $(TESTS)
+# The library's tests run a second time, with their contexts on OpenCL, beside those that are about OpenCL. Under a sanitizer
+# they do not: what a driver does with memory and threads is its own affair.
+OPENCL_FILES  := $(if $(filter 1,$(WITH_OPENCL)),$(wildcard tests/test_opencl_*.c))
+WITH_CONTEXTS := $(filter-out tests/test_examples_% tests/test_opencl_%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/test_*.c))
+DEVICE_TESTS  := $(if $(VARIANT),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(WITH_CONTEXTS) $(OPENCL_FILES)))
+
+# A library that stands before OpenCL's and fails on demand.
+$(TEST_DIR)/opencl_stub.so: tests/opencl_stub.c tests/opencl_stub.h $(TEST_DIR)/settings
+	$(SAY)$(CC) $(TEST_FLAGS) -shared -fPIC -o $@ $<
+$(TEST_DIR)/test_opencl_faults: | $(TEST_DIR)/opencl_stub.so
+
+test-run: $(TESTS) $(DEVICE_TESTS)
+	@tests/run.sh $(TESTS) $(if $(DEVICE_TESTS),--opencl $(DEVICE_TESTS))
 
 # GCC's documentation: with sanitizers -Wmaybe-uninitialized gives false positives.
 SANITIZED = $(MAKE) --no-print-directory test VARIANT=$@ OPT=-O1 SANITIZE="-fno-omit-frame-pointer -Wno-maybe-uninitialized
@@ -155,7 +168,7 @@ ubsan:  ## the tests under UndefinedBehaviorSanitizer
 tsan:   ## the tests with threads under ThreadSanitizer (data races)
 	@$(SANITIZED) -fsanitize=thread"
 
-compile-matrix: deps-matrix   ## springls.h in every language, linkage and namespace mode, gcc and clang
+compile-matrix: deps-matrix   ## both headers in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed
 	@tests/compile/matrix.sh
 
@@ -201,9 +214,9 @@ motions: deps-demo   ## the default parameters on motions with known answers (GR
 
 # ---- the rest ----
 
-install: springls.h   ## copy the header(s) to $(DESTDIR)$(PREFIX)/include
+install: springls.h   ## copy the headers to $(DESTDIR)$(PREFIX)/include
 	install -d $(DESTDIR)$(PREFIX)/include
-	install -m 644 springls.h $(wildcard springls_cl.h) $(DESTDIR)$(PREFIX)/include
+	install -m 644 springls.h springls_cl.h $(DESTDIR)$(PREFIX)/include
 
 format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are better laid out by hand)
 	$(if $(FILES),clang-format -i $(FILES),@echo 'which? make format FILES="src/new.h"'; exit 2)

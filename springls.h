@@ -3997,7 +3997,7 @@ SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, f
 SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4564,7 +4564,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
-    seed.ok = 0;
+    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
     if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
     x = springls__mad(s->p, opening.middle, away);
     if (!springls__has_room(model, x, n)) return seed;
@@ -5507,7 +5507,7 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
     X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \
     X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \
     X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \
-    X(interface, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
+    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
@@ -5591,7 +5591,7 @@ typedef struct springls__surface {
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
 
-/* Another place where kernels run (springls_cl.h). After a failure a call has said springls__fail. */
+/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
 struct springls_backend {
     /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -5603,7 +5603,8 @@ struct springls_backend {
     springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
     size_t user_bytes;
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
-    /* Collectives: what the function of the same name (springls__...) does on the host. */
+    /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
+       unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
     springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
     springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
     springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
@@ -5629,9 +5630,11 @@ struct springls_context {
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_backend *backend; /* NULL: scalar                                                                   */
-    springls_status backend_status; /* of its first failure, which the stage that runs has not told yet         */
+    springls_status backend_status; /* why it has been left, until the call at work has told                    */
+    bool lost;              /* and the model could not be brought back: nothing goes on until then               */
     springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
     bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
+    int calls;              /* stages and steps at work, one inside the other                                    */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
@@ -5750,14 +5753,14 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-/* Room for count elements of `element` bytes in an array of the model, here and on the device; keeps the first `keep`. */
+/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
+   next used there (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
     springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
     springls__bind(ctx);
-    if (status != SPRINGLS_OK || !buffer->device || buffer->device_bytes >= buffer->bytes) return status;
-    return ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale ? 0 : keep * element);
+    return status;
 }
 
 SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__array array, size_t count, size_t keep)
@@ -6212,7 +6215,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
 {
     springls__buffer *buffer = &ctx->memory[array];
-    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, springls__used(ctx, array) * springls__element_size(array), to_host));
+    size_t bytes = springls__used(ctx, array) * springls__element_size(array);
+    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
     if (to_host) buffer->host_stale = false;
     else buffer->device_stale = false;
     return SPRINGLS_OK;
@@ -6220,26 +6224,46 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
 
 #define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
 
+/* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
+   from where it was. A failure when not even that can be: the model is lost. */
+SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
+{
+    int array;
+    char error[sizeof ctx->error];
+    memcpy(error, ctx->error, sizeof error);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
+        if (buffer->device) ctx->backend->release(ctx, buffer);
+        buffer->host_stale = buffer->device_stale = false;
+    }
+    ctx->backend = NULL;
+    ctx->on_device = false;
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error, ctx->lost ? ", the model is lost" : "");
+    return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
+}
+
+/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
+#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
+    do {                                                                                                    \
+        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE;                      \
+        if (springls__there != SPRINGLS_DEVICE) return springls__there;                                     \
+        if ((ctx)->on_device) SPRINGLS__TRY(springls__leave_backend(ctx));                                  \
+    } while (0)
+
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
+    if (ctx->lost) return ctx->backend_status;
     if (!ctx->backend) return SPRINGLS_OK;
-    if (ctx->backend_status != SPRINGLS_OK) return ctx->backend_status;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
-        if (buffer->host_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, true));
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK) return springls__leave_backend(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
-}
-
-/* The same where a failure must wait for the end of the stage. */
-SPRINGLS__FN bool springls__readable(springls_context *ctx, uint64_t reads, uint64_t writes)
-{
-    if (ctx->backend && ctx->backend_status == SPRINGLS_OK) ctx->backend_status = springls__to_host(ctx, reads, writes);
-    return ctx->backend_status == SPRINGLS_OK;
 }
 
 /* What a kernel may touch is on the device; what it writes is only there. */
@@ -6261,13 +6285,6 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 /* Stages run on the device ... */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* ... inputs and queries here. */
-SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
-{
-    ctx->on_device = false;
-    return springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0);
-}
-
 /* Whatever the device has is of no use any more. */
 SPRINGLS__FN void springls__host_anew(springls_context *ctx)
 {
@@ -6281,31 +6298,24 @@ SPRINGLS__FN void springls__host_anew(springls_context *ctx)
 
 SPRINGLS__FN void springls__clear_model(springls_context *ctx);
 
-/* The backend has failed: the context goes on without it, with what can still be read from the device; else with no model. */
-SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
-{
-    springls_status failure = ctx->backend_status;
-    bool lost;
-    int array;
-    char error[sizeof ctx->error];
-    memcpy(error, ctx->error, sizeof error);
-    ctx->backend_status = SPRINGLS_OK;
-    ctx->on_device = false;
-    lost = springls__to_host(ctx, SPRINGLS__ALL_BITS, 0) != SPRINGLS_OK;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (buffer->device) ctx->backend->release(ctx, buffer);
-        buffer->host_stale = buffer->device_stale = false;
-    }
-    ctx->backend = NULL;
-    if (lost) springls__clear_model(ctx);
-    return springls__fail(ctx, failure, "%s; going on without the device%s", error, lost ? ", the model is lost" : "");
-}
-
-/* The end of what runs on the device: its failure, if it has failed. */
+/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
 SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_status status)
 {
-    return ctx->backend_status == SPRINGLS_OK ? status : springls__leave_backend(ctx);
+    bool lost = ctx->lost;
+    if (ctx->backend_status == SPRINGLS_OK) return status;
+    if (ctx->calls > 0) return lost ? ctx->backend_status : status;
+    if (lost || status == SPRINGLS_OK) status = ctx->backend_status;
+    ctx->backend_status = SPRINGLS_OK;
+    ctx->lost = false;
+    if (lost) springls__clear_model(ctx);
+    return status;
+}
+
+/* ... inputs and queries here. */
+SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
+{
+    ctx->on_device = false;
+    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0));
 }
 
 /* ======== >>run  (src/run.h) =================================================================================== */
@@ -6341,16 +6351,16 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
     return ctx->backend->run(ctx, (int)kernel, count, job);
 }
 
-/* A failure of the backend is told when the stage ends. */
+/* What the device cannot do is done here. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
-    if (count <= 0 || ctx->backend_status != SPRINGLS_OK) return;
+    if (count <= 0 || ctx->lost) return;
     if (ctx->on_device) {
-        ctx->backend_status = springls__run_on_device(ctx, kernel, count, job);
-        return;
+        if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return;
+        springls__leave_backend(ctx);
     }
-    if (!springls__readable(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run.ctx = ctx;
     run.kernel = &springls__kernels[kernel];
     run.job = job;
@@ -6372,11 +6382,11 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 {
     const uint8_t *flags;
     int i, n = 0;
-    if (ctx->on_device && ctx->backend_status == SPRINGLS_OK) {
-        ctx->backend_status = ctx->backend->count_of(ctx, (int)array, count, value, &n);
-        return n;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, (int)array, count, value, &n) == SPRINGLS_OK) return n;
+        springls__leave_backend(ctx);
     }
-    if (!springls__readable(ctx, (uint64_t)1 << array, 0)) return 0;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
     flags = (const uint8_t *)ctx->memory[array].data;
     for (i = 0; i < count; i++) n += flags[i] == value;
     return n;
@@ -6388,11 +6398,11 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     const float *values;
     float largest = 0.0f;
     int i;
-    if (ctx->on_device && ctx->backend_status == SPRINGLS_OK) {
-        ctx->backend_status = ctx->backend->largest(ctx, scratch, count, &largest);
-        return largest;
+    if (ctx->on_device) {
+        if (ctx->backend->largest(ctx, scratch, count, &largest) == SPRINGLS_OK) return largest;
+        springls__leave_backend(ctx);
     }
-    if (!springls__readable(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0)) return 0.0f;
+    if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
     values = (const float *)ctx->model.scratch[scratch];
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
@@ -6404,7 +6414,7 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    if (ctx->on_device) return ctx->backend->scan(ctx, scratch, count, total);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
@@ -6456,9 +6466,11 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
-    status = springls__told(ctx, run(ctx));
+    ctx->calls++;
+    status = run(ctx);
+    ctx->calls--;
     springls__stage_end(ctx, stage, started);
-    return status;
+    return springls__told(ctx, status);
 }
 
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
@@ -6503,7 +6515,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
-    if (ctx->on_device) return ctx->backend->constellation_compact(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++) {
         char *data = (char *)ctx->memory[array].data;
@@ -6731,9 +6743,10 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     if (ctx->on_device) {
-        SPRINGLS__TRY(ctx->backend->cells_build(ctx));
-        ctx->cells_fresh = true;
-        return SPRINGLS_OK;
+        springls_status status = ctx->backend->cells_build(ctx);
+        ctx->cells_fresh = status == SPRINGLS_OK;
+        if (status != SPRINGLS_DEVICE) return status;
+        SPRINGLS__TRY(springls__leave_backend(ctx));
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
@@ -6772,7 +6785,7 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
-    if (ctx->on_device) return ctx->backend->cells_cover_around(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
     SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
@@ -7156,7 +7169,7 @@ SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job,
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
-    springls__run(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job());
+    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
     *moved = springls__sqrt(springls__largest(ctx, 1, count));
     *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
     if (!(*moved < 1e9f)) *moved = -1.0f;
@@ -7165,7 +7178,7 @@ SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job,
 
 SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
 {
-    if (job->ctx->on_device && springls__device_knows(job)) return springls__displace_there(job, moved, moving);
+    if (job->ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(job->ctx, springls__displace_there(job, moved, moving));
     return springls__displace_here(job, moved, moving);
 }
 
@@ -7536,7 +7549,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     springls__grid *g = &ctx->model.grid;
     springls__cells *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
-    if (ctx->on_device) return ctx->backend->near_build(ctx, margin);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
@@ -7637,7 +7650,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
     springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     ctx->cells_fresh = false; /* they live in the bricks */
-    if (ctx->on_device) return ctx->backend->band_move(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
@@ -7664,7 +7677,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_interface, ctx->model.grid.active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
     springls__swap_phi(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
     return springls__band_move(ctx);
@@ -7820,7 +7833,7 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
     size_t total = 0;
     springls__constellation_changed(ctx);
-    if (ctx->on_device) return ctx->backend->bricks_around_springls(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
     springls__grid_clear(ctx, g);
     for (pass = 0; pass < 2; pass++) {
         if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
@@ -7962,7 +7975,7 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
     void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
-    if (ctx->on_device) return ctx->backend->settle_regions(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
     region.ctx = ctx;
     region.state = (uint8_t *)ctx->model.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
@@ -8723,10 +8736,9 @@ SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const spr
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
+SPRINGLS__FN springls_status springls__step(springls_context *ctx, const springls_step_desc *step)
 {
     float speed, limit, dt, moved;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
@@ -8745,6 +8757,16 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
     if (!(speed * dt <= (float)SPRINGLS__MOST_PARTS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
     return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
+}
+
+SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
+{
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    ctx->calls++;
+    status = springls__step(ctx, step);
+    ctx->calls--;
+    return springls__told(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
@@ -9629,7 +9651,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__run(ctx, SPRINGLS__KERNEL_interface, g->active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, springls__no_job());
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
@@ -9850,7 +9872,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
     if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
-    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) status = springls__evolve_and_rebuild(ctx);
+    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
+        status = springls__evolve(ctx);
+        if (status == SPRINGLS_OK) status = springls__rebuild(ctx);
+    }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
         ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);
@@ -10266,7 +10291,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
-    if (!balanced) SPRINGLS__TRY(springls_rebuild(ctx));
+    if (!balanced) SPRINGLS__TRY(springls__rebuild(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
@@ -11094,7 +11119,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 {
     uint64_t hash = 14695981039346656037u;
     int i, v;
-    if (!ctx || springls__use_host_const(ctx) != SPRINGLS_OK) return 0;
+    if (!ctx) return 0;
+    springls__use_host_const(ctx);
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -14210,7 +14236,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -14774,7 +14800,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    seed.ok = 0;\n",
+    "    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;\n",
     "    if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */\n",
     "    x = springls__mad(s->p, opening.middle, away);\n",
     "    if (!springls__has_room(model, x, n)) return seed;\n",
@@ -15710,7 +15736,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \\\n",
     "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \\\n",
     "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \\\n",
-    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
     "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \\\n",
@@ -15733,7 +15759,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 15737 \"springls.h\"\n",
+    "#line 15763 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16147,7 +16173,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16151 \"springls.h\"\n",
+    "#line 16177 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16340,7 +16366,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16344 \"springls.h\"\n",
+    "#line 16370 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

@@ -21,6 +21,14 @@
 
 #include "springls.h"
 
+#ifdef SPRINGLS_NAMESPACE /* as the functions of springls.h */
+#define springls_cl_create SPRINGLS__NAME(springls_cl_create)
+#define springls_cl_destroy SPRINGLS__NAME(springls_cl_destroy)
+#define springls_cl_name SPRINGLS__NAME(springls_cl_name)
+#define springls_cl_exact SPRINGLS__NAME(springls_cl_exact)
+#define springls_cl_get_counts SPRINGLS__NAME(springls_cl_get_counts)
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -157,7 +165,7 @@ typedef struct springls__cl {
     cl_device_id device;
     cl_command_queue queue;
     cl_program program;
-    cl_kernel kernels[SPRINGLS__KERNEL_COUNT + SPRINGLS__COLLECTIVE_COUNT]; /* those of the table, then collectives   */
+    cl_kernel kernels[(int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT]; /* those of the table, then collectives   */
     springls_cl_counts counts;
     bool exact, gpu;
     size_t group;           /* work items that share a brick                                                     */
@@ -192,7 +200,8 @@ SPRINGLS__FN springls_status springls__cl_status(cl_int error)
 SPRINGLS__FN springls_status springls__cl_check(springls_context *ctx, cl_int error, const char *doing)
 {
     if (error == CL_SUCCESS) return SPRINGLS_OK;
-    return springls__fail(ctx, springls__cl_status(error), "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
+    snprintf(ctx->error, sizeof ctx->error, "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
+    return SPRINGLS_DEVICE;
 }
 
 SPRINGLS__FN springls__cl *springls__cl_of(springls_context *ctx) { return (springls__cl *)(void *)ctx->backend; }
@@ -289,7 +298,7 @@ SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springl
 {
     const springls__collective_facts *facts = &springls__collectives[collective];
     if (count <= 0) return SPRINGLS_OK;
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[SPRINGLS__KERNEL_COUNT + collective], facts->name, facts->grain, count, job, false);
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective], facts->name, facts->grain, count, job, false);
 }
 
 /* Arrays that collectives are about to use are on the device, as large as they have to be; what they write is only there. */
@@ -351,14 +360,27 @@ SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, int scr
     return SPRINGLS_OK;
 }
 
-/* The scan of numbers that are on the device; the sum of all stays in counts[0]. */
-SPRINGLS__FN springls_status springls__cl_prefix(springls_context *ctx, int which, int count)
+/* The sums of numbers that are on the device, by chunks; the sum of all stays in counts[0]. */
+SPRINGLS__FN springls_status springls__cl_sums(springls_context *ctx, int which, int count)
 {
     int chunks;
     springls__job job = springls__cl_chunks(which, count, &chunks);
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_chunk, chunks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, job));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, job);
+}
+
+/* ... make a scan. */
+SPRINGLS__FN springls_status springls__cl_apply(springls_context *ctx, int which, int count)
+{
+    int chunks;
+    springls__job job = springls__cl_chunks(which, count, &chunks);
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_apply, chunks, job);
+}
+
+SPRINGLS__FN springls_status springls__cl_prefix(springls_context *ctx, int which, int count)
+{
+    SPRINGLS__TRY(springls__cl_sums(ctx, which, count));
+    return springls__cl_apply(ctx, which, count);
 }
 
 SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, int scratch, int count, int *total)
@@ -367,8 +389,9 @@ SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, int scratc
     *total = 0;
     if (count <= 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(SCRATCH0) << scratch));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, scratch, count));
+    SPRINGLS__TRY(springls__cl_sums(ctx, scratch, count));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
+    SPRINGLS__TRY(springls__cl_apply(ctx, scratch, count)); /* the last: what fails before it has changed nothing */
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
@@ -413,9 +436,11 @@ SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST, (size_t)come, 0));
     SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(BRICK_LIST)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_drop, chunks, job));
+    ctx->lost = true; /* half a change cannot be taken up by the host */
     job.i[0] = free_now;
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_add, chunks, job));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_fill, come, job));
+    ctx->lost = false;
     g->free_count = free_now - taken;
     g->slot_count += come - taken;
     g->active_count = (int)counts[2];
@@ -458,7 +483,7 @@ SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uin
 {
     int springls = ctx->model.set.count;
     SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(SCRATCH0)));
-    SPRINGLS__TRY(springls__cl_run(ctx, SPRINGLS__KERNEL_cell_key, springls, springls__no_job()));
+    SPRINGLS__TRY(ctx->backend->run(ctx, SPRINGLS__KERNEL_cell_key, springls, springls__no_job()));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, springls__no_job()));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, springls__no_job()));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_count, springls, springls__no_job()));
@@ -527,18 +552,20 @@ SPRINGLS__FN void springls__cl_say(const springls_logger *logger, int level, con
     logger->log(logger->user, level, line);
 }
 
-SPRINGLS__FN bool springls__cl_load(springls__cl *cl, const char *library)
+/* NULL, or the name of what is missing. */
+SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library)
 {
     void *symbol = NULL;
-    cl->library = SPRINGLS__CL_OPEN(library ? library : SPRINGLS__CL_LIBRARY);
-    if (!cl->library) return false;
+    if (!library) library = SPRINGLS__CL_LIBRARY;
+    cl->library = SPRINGLS__CL_OPEN(library);
+    if (!cl->library) return library;
 #define SPRINGLS__CL_LOAD(name, result, arguments)                      \
     symbol = SPRINGLS__CL_FIND(cl->library, "cl" #name);                \
     memcpy(&cl->name, &symbol, sizeof symbol);                          \
-    if (!symbol) return false;
+    if (!symbol) return "cl" #name;
     SPRINGLS__CL_FUNCTIONS(SPRINGLS__CL_LOAD)
 #undef SPRINGLS__CL_LOAD
-    return true;
+    return NULL;
 }
 
 #define SPRINGLS__CL_MOST 16 /* platforms, and devices of one, that are looked at */
@@ -560,21 +587,23 @@ SPRINGLS__FN bool springls__cl_pick(springls__cl *cl, springls_cl_kind kind)
     return false;
 }
 
-SPRINGLS__FN void springls__cl_describe(springls__cl *cl)
+SPRINGLS__FN cl_int springls__cl_describe(springls__cl *cl)
 {
+    cl_int error;
     char platform[100] = "", device[120] = "";
     cl_platform_id id = NULL;
     cl_device_type type = 0;
     cl_device_fp_config config = 0;
-    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL);
-    cl->GetPlatformInfo(id, CL_PLATFORM_NAME, sizeof platform - 1, platform, NULL);
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_PLATFORM, sizeof id, &id, NULL); /* names may fail: they are only said */
+    if (id) cl->GetPlatformInfo(id, CL_PLATFORM_NAME, sizeof platform - 1, platform, NULL);
     cl->GetDeviceInfo(cl->device, CL_DEVICE_NAME, sizeof device - 1, device, NULL);
-    cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
-    cl->GetDeviceInfo(cl->device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
+    error = cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
+    if (error == CL_SUCCESS) error = cl->GetDeviceInfo(cl->device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
     snprintf(cl->device_name, sizeof cl->device_name, "%s: %s", platform, device);
     cl->gpu = (type & CL_DEVICE_TYPE_CPU) == 0;
     if (cl->group == 0) cl->group = cl->gpu ? SPRINGLS__ROWS : 1;
     cl->exact = (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) && (config & CL_FP_DENORM);
+    return error;
 }
 
 SPRINGLS__FN void springls__cl_log_build(springls__cl *cl)
@@ -620,7 +649,7 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
     for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++)
         cl->kernels[kernel] = springls__cl_kernel(cl, springls__kernels[kernel].name, &error);
     for (kernel = 0; kernel < SPRINGLS__COLLECTIVE_COUNT && error == CL_SUCCESS; kernel++)
-        cl->kernels[SPRINGLS__KERNEL_COUNT + kernel] = springls__cl_kernel(cl, springls__collectives[kernel].name, &error);
+        cl->kernels[(int)SPRINGLS__KERNEL_COUNT + kernel] = springls__cl_kernel(cl, springls__collectives[kernel].name, &error);
     return error;
 }
 
@@ -639,7 +668,8 @@ SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc 
         cl->context = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
         if (error != CL_SUCCESS) return error;
     }
-    springls__cl_describe(cl);
+    error = springls__cl_describe(cl);
+    if (error != CL_SUCCESS) return error;
     if (desc->queue) {
         error = cl->RetainCommandQueue((cl_command_queue)desc->queue);
         if (error == CL_SUCCESS) cl->queue = (cl_command_queue)desc->queue;
@@ -654,7 +684,7 @@ SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
     springls__cl *cl = (springls__cl *)(void *)backend;
     int kernel;
     if (!cl) return;
-    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT + SPRINGLS__COLLECTIVE_COUNT; kernel++)
+    for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT; kernel++)
         if (cl->kernels[kernel]) cl->ReleaseKernel(cl->kernels[kernel]);
     if (cl->program) cl->ReleaseProgram(cl->program);
     if (cl->queue) cl->ReleaseCommandQueue(cl->queue);
@@ -667,6 +697,7 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
 {
     springls_cl_desc none;
     springls__cl *cl;
+    const char *missing;
     cl_int error;
     memset(&none, 0, sizeof none);
     if (!desc) desc = &none;
@@ -695,8 +726,9 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.near_build = springls__cl_near_build;
     cl->base.bricks_around_springls = springls__cl_bricks_around_springls;
     cl->base.settle_regions = springls__cl_settle_regions;
-    if (!springls__cl_load(cl, desc->library)) {
-        springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", desc->library ? desc->library : SPRINGLS__CL_LIBRARY);
+    missing = springls__cl_load(cl, desc->library);
+    if (missing) {
+        springls__cl_say(&desc->logger, 2, "opencl: there is no %s: going on without", missing);
         error = CL_DEVICE_NOT_AVAILABLE;
     } else {
         error = springls__cl_begin(cl, desc);

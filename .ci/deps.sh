@@ -1,6 +1,6 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: test demo bench matrix make. CC and CXX name the compilers that are wanted.
+# system's package manager. Groups: test demo opencl bench matrix make. CC and CXX name the compilers that are wanted.
 # Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -9,6 +9,11 @@ missing=
 need()         { case " $missing " in *" $1 "*) ;; *) missing="$missing $1" ;; esac; }
 need_command() { command -v "$1" > /dev/null 2>&1 || need "$2"; }
 need_file()    { [ -e "$1" ] || need "$2"; }
+
+need_library() {
+    for library in /usr/lib*/"$1" /usr/lib*/*/"$1" /usr/local/lib*/"$1"; do [ ! -e "$library" ] || return 0; done
+    need "$2"
+}
 
 # need_headers "header package" ...
 need_headers() {
@@ -30,10 +35,18 @@ for group; do
         need_command make make ;;
     test) ;;
     matrix)
+        headers="$headers
+            CL/cl.h opencl-headers"
         for c in gcc g++ clang; do need_command $c $c; done
         echo '#include <omp.h>' | clang -fopenmp -E - > /dev/null 2>&1 || need libomp-dev ;;
+    opencl)   # a device that every machine can have: its processors, by PoCL
+        headers="$headers
+            CL/cl.h opencl-headers"
+        need_library libOpenCL.so.1 ocl-icd-libopencl1
+        need_file /etc/OpenCL/vendors/pocl.icd pocl-opencl-icd ;;
     demo|bench)
         headers="$headers
+            CL/cl.h opencl-headers
             stb/stb_image_write.h libstb-dev
             nifti/nifti2_io.h libnifti2-dev
             zlib.h zlib1g-dev
@@ -46,7 +59,7 @@ for group; do
             tbb/tbb.h libtbb-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, bench, matrix, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, opencl, bench, matrix, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

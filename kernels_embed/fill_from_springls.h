@@ -54,7 +54,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
-    seed.ok = 0;
+    seed.ok = seed.pad[0] = seed.pad[1] = seed.pad[2] = 0;
     if (opening.angle <= widest || springls__at_edge(model, i)) return seed; /* a side opens at its edge */
     x = springls__mad(s->p, opening.middle, away);
     if (!springls__has_room(model, x, n)) return seed;

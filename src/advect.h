@@ -281,7 +281,7 @@ SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job,
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
-    springls__run(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job());
+    SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
     *moved = springls__sqrt(springls__largest(ctx, 1, count));
     *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
     if (!(*moved < 1e9f)) *moved = -1.0f;
@@ -290,7 +290,7 @@ SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job,
 
 SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
 {
-    if (job->ctx->on_device && springls__device_knows(job)) return springls__displace_there(job, moved, moving);
+    if (job->ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(job->ctx, springls__displace_there(job, moved, moving));
     return springls__displace_here(job, moved, moving);
 }
 

@@ -33,9 +33,10 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     int i, c;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     if (ctx->on_device) {
-        SPRINGLS__TRY(ctx->backend->cells_build(ctx));
-        ctx->cells_fresh = true;
-        return SPRINGLS_OK;
+        springls_status status = ctx->backend->cells_build(ctx);
+        ctx->cells_fresh = status == SPRINGLS_OK;
+        if (status != SPRINGLS_DEVICE) return status;
+        SPRINGLS__TRY(springls__leave_backend(ctx));
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
@@ -74,7 +75,7 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
-    if (ctx->on_device) return ctx->backend->cells_cover_around(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
     SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {

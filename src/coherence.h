@@ -17,7 +17,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls__array array, bool to_host)
 {
     springls__buffer *buffer = &ctx->memory[array];
-    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, springls__used(ctx, array) * springls__element_size(array), to_host));
+    size_t bytes = springls__used(ctx, array) * springls__element_size(array);
+    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
     if (to_host) buffer->host_stale = false;
     else buffer->device_stale = false;
     return SPRINGLS_OK;
@@ -25,26 +26,46 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
 
 #define SPRINGLS__ALL_BITS (((uint64_t)1 << SPRINGLS__ARRAY_COUNT) - 1)
 
+/* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
+   from where it was. A failure when not even that can be: the model is lost. */
+SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
+{
+    int array;
+    char error[sizeof ctx->error];
+    memcpy(error, ctx->error, sizeof error);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
+        springls__buffer *buffer = &ctx->memory[array];
+        if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
+        if (buffer->device) ctx->backend->release(ctx, buffer);
+        buffer->host_stale = buffer->device_stale = false;
+    }
+    ctx->backend = NULL;
+    ctx->on_device = false;
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error, ctx->lost ? ", the model is lost" : "");
+    return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
+}
+
+/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
+#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
+    do {                                                                                                    \
+        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE;                      \
+        if (springls__there != SPRINGLS_DEVICE) return springls__there;                                     \
+        if ((ctx)->on_device) SPRINGLS__TRY(springls__leave_backend(ctx));                                  \
+    } while (0)
+
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
+    if (ctx->lost) return ctx->backend_status;
     if (!ctx->backend) return SPRINGLS_OK;
-    if (ctx->backend_status != SPRINGLS_OK) return ctx->backend_status;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
-        if (buffer->host_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, true));
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK) return springls__leave_backend(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
-}
-
-/* The same where a failure must wait for the end of the stage. */
-SPRINGLS__FN bool springls__readable(springls_context *ctx, uint64_t reads, uint64_t writes)
-{
-    if (ctx->backend && ctx->backend_status == SPRINGLS_OK) ctx->backend_status = springls__to_host(ctx, reads, writes);
-    return ctx->backend_status == SPRINGLS_OK;
 }
 
 /* What a kernel may touch is on the device; what it writes is only there. */
@@ -66,13 +87,6 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 /* Stages run on the device ... */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* ... inputs and queries here. */
-SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
-{
-    ctx->on_device = false;
-    return springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0);
-}
-
 /* Whatever the device has is of no use any more. */
 SPRINGLS__FN void springls__host_anew(springls_context *ctx)
 {
@@ -86,29 +100,22 @@ SPRINGLS__FN void springls__host_anew(springls_context *ctx)
 
 SPRINGLS__FN void springls__clear_model(springls_context *ctx);
 
-/* The backend has failed: the context goes on without it, with what can still be read from the device; else with no model. */
-SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
-{
-    springls_status failure = ctx->backend_status;
-    bool lost;
-    int array;
-    char error[sizeof ctx->error];
-    memcpy(error, ctx->error, sizeof error);
-    ctx->backend_status = SPRINGLS_OK;
-    ctx->on_device = false;
-    lost = springls__to_host(ctx, SPRINGLS__ALL_BITS, 0) != SPRINGLS_OK;
-    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
-        springls__buffer *buffer = &ctx->memory[array];
-        if (buffer->device) ctx->backend->release(ctx, buffer);
-        buffer->host_stale = buffer->device_stale = false;
-    }
-    ctx->backend = NULL;
-    if (lost) springls__clear_model(ctx);
-    return springls__fail(ctx, failure, "%s; going on without the device%s", error, lost ? ", the model is lost" : "");
-}
-
-/* The end of what runs on the device: its failure, if it has failed. */
+/* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
 SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_status status)
 {
-    return ctx->backend_status == SPRINGLS_OK ? status : springls__leave_backend(ctx);
+    bool lost = ctx->lost;
+    if (ctx->backend_status == SPRINGLS_OK) return status;
+    if (ctx->calls > 0) return lost ? ctx->backend_status : status;
+    if (lost || status == SPRINGLS_OK) status = ctx->backend_status;
+    ctx->backend_status = SPRINGLS_OK;
+    ctx->lost = false;
+    if (lost) springls__clear_model(ctx);
+    return status;
+}
+
+/* ... inputs and queries here. */
+SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
+{
+    ctx->on_device = false;
+    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0));
 }

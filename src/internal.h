@@ -55,7 +55,7 @@ typedef struct springls__surface {
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
 
-/* Another place where kernels run (springls_cl.h). After a failure a call has said springls__fail. */
+/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
 struct springls_backend {
     /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -67,7 +67,8 @@ struct springls_backend {
     springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
     size_t user_bytes;
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
-    /* Collectives: what the function of the same name (springls__...) does on the host. */
+    /* Collectives: what the function of the same name (springls__...) does on the host. One that returns DEVICE can still be done there,
+       unless it has set ctx->lost. Other failures are the host's, and have been told by springls__fail. */
     springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
     springls_status (*largest)(springls_context *ctx, int scratch, int count, float *largest);
     springls_status (*scan)(springls_context *ctx, int scratch, int count, int *total);
@@ -93,9 +94,11 @@ struct springls_context {
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_backend *backend; /* NULL: scalar                                                                   */
-    springls_status backend_status; /* of its first failure, which the stage that runs has not told yet         */
+    springls_status backend_status; /* why it has been left, until the call at work has told                    */
+    bool lost;              /* and the model could not be brought back: nothing goes on until then               */
     springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
     bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
+    int calls;              /* stages and steps at work, one inside the other                                    */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */

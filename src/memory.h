@@ -96,14 +96,14 @@ SPRINGLS__FN size_t springls__element_size(springls__array array)
     return sizes[array];
 }
 
-/* Room for count elements of `element` bytes in an array of the model, here and on the device; keeps the first `keep`. */
+/* Room for count elements of `element` bytes in an array of the model; keeps the first `keep`. Its twin on the device follows when it is
+   next used there (springls__to_device). */
 SPRINGLS__FN springls_status springls__array_grow(springls_context *ctx, springls__array array, size_t count, size_t element, size_t keep)
 {
     springls__buffer *buffer = &ctx->memory[array];
     springls_status status = springls__buffer_grow(ctx, buffer, count ? count : 1, element, buffer->host_stale ? 0 : keep * element);
     springls__bind(ctx);
-    if (status != SPRINGLS_OK || !buffer->device || buffer->device_bytes >= buffer->bytes) return status;
-    return ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale ? 0 : keep * element);
+    return status;
 }
 
 SPRINGLS__FN springls_status springls__grow(springls_context *ctx, springls__array array, size_t count, size_t keep)

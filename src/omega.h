@@ -6,7 +6,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     springls__grid *g = &ctx->model.grid;
     springls__cells *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
-    if (ctx->on_device) return ctx->backend->near_build(ctx, margin);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));

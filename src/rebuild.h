@@ -18,7 +18,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
     springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     ctx->cells_fresh = false; /* they live in the bricks */
-    if (ctx->on_device) return ctx->backend->band_move(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
@@ -45,7 +45,7 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_interface, ctx->model.grid.active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
     springls__swap_phi(ctx);
     springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
     return springls__band_move(ctx);

@@ -30,16 +30,16 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
     return ctx->backend->run(ctx, (int)kernel, count, job);
 }
 
-/* A failure of the backend is told when the stage ends. */
+/* What the device cannot do is done here. */
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
-    if (count <= 0 || ctx->backend_status != SPRINGLS_OK) return;
+    if (count <= 0 || ctx->lost) return;
     if (ctx->on_device) {
-        ctx->backend_status = springls__run_on_device(ctx, kernel, count, job);
-        return;
+        if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return;
+        springls__leave_backend(ctx);
     }
-    if (!springls__readable(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run.ctx = ctx;
     run.kernel = &springls__kernels[kernel];
     run.job = job;
@@ -61,11 +61,11 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
 {
     const uint8_t *flags;
     int i, n = 0;
-    if (ctx->on_device && ctx->backend_status == SPRINGLS_OK) {
-        ctx->backend_status = ctx->backend->count_of(ctx, (int)array, count, value, &n);
-        return n;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, (int)array, count, value, &n) == SPRINGLS_OK) return n;
+        springls__leave_backend(ctx);
     }
-    if (!springls__readable(ctx, (uint64_t)1 << array, 0)) return 0;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
     flags = (const uint8_t *)ctx->memory[array].data;
     for (i = 0; i < count; i++) n += flags[i] == value;
     return n;
@@ -77,11 +77,11 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     const float *values;
     float largest = 0.0f;
     int i;
-    if (ctx->on_device && ctx->backend_status == SPRINGLS_OK) {
-        ctx->backend_status = ctx->backend->largest(ctx, scratch, count, &largest);
-        return largest;
+    if (ctx->on_device) {
+        if (ctx->backend->largest(ctx, scratch, count, &largest) == SPRINGLS_OK) return largest;
+        springls__leave_backend(ctx);
     }
-    if (!springls__readable(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0)) return 0.0f;
+    if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
     values = (const float *)ctx->model.scratch[scratch];
     for (i = 0; i < count; i++) largest = springls__max(largest, values[i]);
     return largest;
@@ -93,7 +93,7 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    if (ctx->on_device) return ctx->backend->scan(ctx, scratch, count, total);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];

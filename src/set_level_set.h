@@ -219,7 +219,7 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
             phi[v] = phi[v] < 0.0f ? -size : size;
         }
     }
-    springls__run(ctx, SPRINGLS__KERNEL_interface, g->active_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, g->active_count, springls__no_job());
     springls__swap_phi(ctx);
     for (pass = 0; pass < 2; pass++) {
         springls__redistance_sweeps(ctx, 6);
@@ -440,7 +440,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
     if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
-    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) status = springls__evolve_and_rebuild(ctx);
+    for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
+        status = springls__evolve(ctx);
+        if (status == SPRINGLS_OK) status = springls__rebuild(ctx);
+    }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
         ctx->model.set.a[i] = springls__v3_make(correspondences[3 * i], correspondences[3 * i + 1], correspondences[3 * i + 2]);

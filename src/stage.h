@@ -37,9 +37,11 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
-    status = springls__told(ctx, run(ctx));
+    ctx->calls++;
+    status = run(ctx);
+    ctx->calls--;
     springls__stage_end(ctx, stage, started);
-    return status;
+    return springls__told(ctx, status);
 }
 
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)

@@ -121,10 +121,9 @@ SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const spr
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
+SPRINGLS__FN springls_status springls__step(springls_context *ctx, const springls_step_desc *step)
 {
     float speed, limit, dt, moved;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
@@ -143,6 +142,16 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
     if (!(speed * dt <= (float)SPRINGLS__MOST_PARTS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
     return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
+}
+
+SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
+{
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    ctx->calls++;
+    status = springls__step(ctx, step);
+    ctx->calls--;
+    return springls__told(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)

@@ -10,7 +10,7 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
     size_t total = 0;
     springls__constellation_changed(ctx);
-    if (ctx->on_device) return ctx->backend->bricks_around_springls(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
     springls__grid_clear(ctx, g);
     for (pass = 0; pass < 2; pass++) {
         if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
@@ -152,7 +152,7 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
     void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
-    if (ctx->on_device) return ctx->backend->settle_regions(ctx);
+    SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
     region.ctx = ctx;
     region.state = (uint8_t *)ctx->model.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));

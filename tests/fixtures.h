@@ -271,6 +271,73 @@ FIXTURE springls_tasks fixture_tasks(fixture_workers *workers, int count, int th
     return tasks;
 }
 
+/* ---- the backend: scalar, or OpenCL when SPRINGLS_TEST_BACKEND names a kind of device, cpu or gpu; one for the program ---- */
+
+/* To run.sh: these tests are to be skipped. */
+FIXTURE void fixture_no_device(const char *why)
+{
+    printf("%s\n", why);
+    exit(77);
+}
+
+#ifdef SPRINGLS_TEST_OPENCL
+static springls_backend *fixture_device;
+
+FIXTURE void fixture_device_says(void *user, int level, const char *message)
+{
+    (void)user;
+    if (strstr(message, "there is no ") || strstr(message, "no device")) fixture_no_device(message);
+    if (level < 3) printf("%s\n", message);
+}
+
+FIXTURE void fixture_leave_device(void)
+{
+    printf("%llu kernels on %s\n", (unsigned long long)springls_cl_get_counts(fixture_device).kernels, springls_cl_name(fixture_device));
+    springls_cl_destroy(fixture_device);
+}
+
+FIXTURE springls_backend *fixture_backend(void)
+{
+    const char *kind = getenv("SPRINGLS_TEST_BACKEND");
+    springls_cl_desc desc;
+    if (fixture_device || !kind) return fixture_device;
+    memset(&desc, 0, sizeof desc);
+    desc.kind = strcmp(kind, "gpu") == 0 ? SPRINGLS_CL_GPU : SPRINGLS_CL_CPU;
+    desc.logger.log = fixture_device_says;
+    if (springls_cl_create(&desc, &fixture_device) != SPRINGLS_OK) exit(EXIT_FAILURE);
+    atexit(fixture_leave_device);
+    return fixture_device;
+}
+
+/* How many kernels it has run. */
+FIXTURE uint64_t fixture_kernels(void) { return springls_cl_get_counts(fixture_device).kernels; }
+#else
+FIXTURE springls_backend *fixture_backend(void)
+{
+    if (getenv("SPRINGLS_TEST_BACKEND")) fixture_no_device("opencl: built without its headers");
+    return NULL;
+}
+
+FIXTURE uint64_t fixture_kernels(void) { return 0; }
+#endif
+
+/* The model whose arrays are here, to be read and written: anew after every call that may leave them on the device. */
+FIXTURE springls__model *fixture_here(springls_context *ctx)
+{
+    springls__use_host(ctx, true);
+    return &ctx->model;
+}
+
+/* A private stage, run as a public one is; then its arrays are here. */
+FIXTURE springls_status fixture_stage(springls_context *ctx, springls_status (*run)(springls_context *))
+{
+    springls_status status;
+    springls__use_device(ctx);
+    status = springls__told(ctx, run(ctx));
+    fixture_here(ctx);
+    return status;
+}
+
 /* ---- models ---- */
 
 FIXTURE springls_desc fixture_desc(int size, const springls_params *params)
@@ -279,6 +346,7 @@ FIXTURE springls_desc fixture_desc(int size, const springls_params *params)
     memset(&desc, 0, sizeof desc);
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = size;
     desc.params = params;
+    desc.backend = fixture_backend();
     return desc;
 }
 
@@ -340,8 +408,9 @@ FIXTURE springls_context *fixture_torus(int size, const springls_params *params,
 /* The springls go, ids begin at 0 again; the level set stays. */
 FIXTURE void fixture_clear(springls_context *ctx)
 {
-    ctx->model.set.count = 0;
-    ctx->model.set.next_id = 0;
+    springls__model *model = fixture_here(ctx);
+    model->set.count = 0;
+    model->set.next_id = 0;
     springls__constellation_changed(ctx);
 }
 
@@ -350,6 +419,7 @@ FIXTURE int fixture_add_at(springls_context *ctx, springls__v3 q0, springls__v3 
 {
     springls__springl s;
     memset(&s, 0, sizeof s);
+    fixture_here(ctx);
     if (springls__constellation_reserve(ctx, ctx->model.set.count + 1) != SPRINGLS_OK) return -1;
     s.q[0] = q0;
     s.q[1] = q1;
@@ -371,6 +441,7 @@ FIXTURE springls_status fixture_keep(springls_context *ctx, const uint8_t *keep)
 {
     void *copy;
     springls_status status = springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, &copy);
+    fixture_here(ctx);
     if (status != SPRINGLS_OK) return status;
     memcpy(copy, keep, (size_t)ctx->model.set.count);
     status = springls__constellation_compact(ctx);

@@ -148,8 +148,8 @@ FIXTURE springls_status history_begin(springls_context *ctx, int history, spring
     return springls_set_implicit(ctx, springls_implicit_sphere, ball);
 }
 
-/* The digest of a model at the end of its life; 0 on failure. tasks NULL: no job system. */
-FIXTURE uint64_t history_run(int history, const springls_tasks *tasks)
+/* The digest of a model at the end of its life; 0 on failure. tasks NULL: no job system; backend NULL: scalar. */
+FIXTURE uint64_t history_run(int history, const springls_tasks *tasks, springls_backend *backend)
 {
     int paper = history == HISTORY_FLUID_PAPER || history == HISTORY_ELASTIC_PAPER || history == HISTORY_PRESERVED, i;
     springls_params p = paper ? springls_paper_params() : springls_default_params();
@@ -162,6 +162,7 @@ FIXTURE uint64_t history_run(int history, const springls_tasks *tasks)
     springls_status status;
     uint64_t digest;
     if (tasks) desc.tasks = *tasks;
+    desc.backend = backend;
     if (history == HISTORY_ELASTIC || history == HISTORY_ELASTIC_PAPER) {
         step.mode = SPRINGLS_ELASTIC;
         step.dt = 0.1f;

@@ -27,7 +27,7 @@ TEST walks_miss_nothing(int huge)
     make_soup(ctx, 900, huge);
     count = springls_count(ctx);
     all = fixture_copy(ctx);
-    ASSERT_OK(springls__cells_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__cells_build));
     for (round = 0; round < 300; round++) {
         springls__v3 x = fixture_point(-4.0f, 27.0f);
         float radius = fixture_between(0.05f, 3.0f);
@@ -90,7 +90,7 @@ TEST neighbors_are_the_nearest(int huge, int most, int same_side)
     count = springls_count(ctx);
     all = fixture_copy(ctx);
     near = (found *)malloc((size_t)count * sizeof *near);
-    ASSERT_OK(springls__neighbors_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__neighbors_build));
     for (i = 0; i < count; i++) {
         const int *row = ctx->model.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
         for (m = 0; m < 3; m++) {
@@ -144,7 +144,7 @@ TEST ties_go_by_number(void)
         for (i = 0; i < 6; i++)
             fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.25f), springls__v3_make(8.0f, 7.0f, 8.25f), springls__v3_make(7.0f, 8.0f, 8.25f));
         fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.0f), springls__v3_make(8.0f, 7.0f, 8.0f), springls__v3_make(7.0f, 8.0f, 8.0f));
-        ASSERT_OK(springls__neighbors_build(ctx));
+        ASSERT_OK(fixture_stage(ctx, springls__neighbors_build));
         row = ctx->model.neighbors + 6 * SPRINGLS__NEIGHBOR_ROW;
         for (i = 0; i < (most == 1 ? 1 : 6); i++) ASSERT_EQ(i, row[i] / 3);
         ASSERT_EQ(-1, row[most == 1 ? 1 : 6]);
@@ -160,7 +160,7 @@ TEST cells_are_ordered(void)
     int x, i, before, cell[3];
     fixture_seed(23);
     fixture_random_soup(ctx, 4000, 0.0f, 23.0f, 0.8f);
-    ASSERT_OK(springls__cells_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__cells_build));
     for (x = 0; x < 12 * 12 * 12; x++) {
         springls__v3 middle = springls__v3_make((float)(2 * (x % 12) + 1), (float)(2 * (x / 12 % 12) + 1), (float)(2 * (x / 144) + 1));
         springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, middle, middle);

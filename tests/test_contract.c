@@ -179,7 +179,7 @@ TEST merging_takes_the_younger(void)
     add_shape(ctx, d3_add(top, d3_make(1.1, 0.0, 0.0)), up, 60.0, 60.0, 1.0);   /* 3, at 0.7 from 1: stays       */
     add_shape(ctx, d3_add(top, d3_make(1.5, 0.0, 0.0)), up, 60.0, 60.0, 1.0);   /* 4, at 0.4 from 3, later: goes */
     add_shape(ctx, d3_add(top, d3_make(1.9, 0.0, -0.1)), up, 60.0, 60.0, 1.0);  /* 5, at 0.4 from 4 only: stays  */
-    ctx->model.set.generation[0] = 3;
+    fixture_here(ctx)->set.generation[0] = 3;
     ASSERT_OK(springls_contract(ctx));
     ASSERT_EQ(4, springls_count(ctx));
     ASSERT_EQ(1, springls_ids(ctx)[0]);

@@ -7,14 +7,28 @@
 TEST workers_do_not_matter(int history)
 {
     static const struct { int workers, threads; } with[5] = { { 1, 0 }, { 2, 1 }, { 3, 1 }, { 8, 0 }, { 8, 1 } };
-    uint64_t expected = history_run(history, NULL);
+    uint64_t expected = history_run(history, NULL, NULL);
     int i;
     ASSERT(expected != 0);
     for (i = 0; i < 5; i++) {
         fixture_workers state;
         springls_tasks tasks = fixture_tasks(&state, with[i].workers, with[i].threads);
-        ASSERT(expected == history_run(history, &tasks));
+        ASSERT(expected == history_run(history, &tasks, NULL));
         ASSERT_GT(state.calls, 100);
+    }
+    PASS();
+}
+
+/* A device leaves what scalar code leaves, each time. */
+TEST the_device_does_not_matter(int history)
+{
+    uint64_t expected = history_run(history, NULL, NULL);
+    int i;
+    ASSERT(expected != 0);
+    for (i = 0; i < 2; i++) {
+        uint64_t kernels = fixture_kernels();
+        ASSERT(expected == history_run(history, NULL, fixture_backend()));
+        ASSERT_GT(fixture_kernels() - kernels, 100);
     }
     PASS();
 }
@@ -25,7 +39,7 @@ TEST histories_differ(void)
     uint64_t digest[HISTORIES];
     int i, j;
     for (i = 0; i < HISTORIES; i++) {
-        digest[i] = history_run(i, NULL);
+        digest[i] = history_run(i, NULL, fixture_backend());
         for (j = 0; j < i; j++) ASSERT(digest[i] != digest[j]);
     }
     PASS();
@@ -36,12 +50,14 @@ TEST hash_sees_every_bit(void)
 {
     springls_context *ctx = fixture_sphere(24, NULL, 11.5f, 11.5f, 11.5f, 6.0f);
     uint64_t hash = springls_state_hash(ctx);
-    int i = springls_count(ctx) / 2, slot = ctx->model.grid.active[ctx->model.grid.active_count / 2], k;
+    int i = springls_count(ctx) / 2, slot, k;
+    springls__model *model = fixture_here(ctx);
     unsigned char *byte[4];
-    byte[0] = (unsigned char *)&ctx->model.set.s[i].p.y;
-    byte[1] = (unsigned char *)&ctx->model.set.a[i].z;
-    byte[2] = (unsigned char *)&ctx->model.set.id[i];
-    byte[3] = (unsigned char *)&ctx->model.grid.phi[slot * SPRINGLS__BRICK_VOXELS + 77];
+    slot = model->grid.active[model->grid.active_count / 2];
+    byte[0] = (unsigned char *)&model->set.s[i].p.y;
+    byte[1] = (unsigned char *)&model->set.a[i].z;
+    byte[2] = (unsigned char *)&model->set.id[i];
+    byte[3] = (unsigned char *)&model->grid.phi[slot * SPRINGLS__BRICK_VOXELS + 77];
     for (k = 0; k < 4; k++) {
         *byte[k] ^= 1u;
         ASSERT(hash != springls_state_hash(ctx));
@@ -62,7 +78,9 @@ TEST build_does_not_fuse(void)
 SUITE(determinism)
 {
     int history;
-    for (history = 0; history < HISTORIES; history++) RUN_TESTp(workers_do_not_matter, history);
+    for (history = 0; history < HISTORIES; history++)
+        if (fixture_backend()) RUN_TESTp(the_device_does_not_matter, history);
+        else RUN_TESTp(workers_do_not_matter, history);
     RUN_TEST(histories_differ);
     RUN_TEST(hash_sees_every_bit);
     RUN_TEST(build_does_not_fuse);

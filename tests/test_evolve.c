@@ -51,7 +51,7 @@ TEST springls_attract(void)
     int i, m;
     ASSERT_OK(springls_measure(ctx, &before));
     for (i = 0; i < springls_count(ctx); i++) { /* out by 0.6 */
-        springls__springl *s = &ctx->model.set.s[i];
+        springls__springl *s = &fixture_here(ctx)->set.s[i];
         for (m = 0; m < 3; m++) s->q[m] = d3_float(d3_mad(d3_make(15.5, 15.5, 15.5), d3_sub(d3_of(s->q[m]), d3_make(15.5, 15.5, 15.5)), 8.6 / 8.0));
         s->p = d3_float(d3_mad(d3_make(15.5, 15.5, 15.5), d3_sub(d3_of(s->p), d3_make(15.5, 15.5, 15.5)), 8.6 / 8.0));
         *s = springls__springl_finished(*s);

@@ -112,8 +112,9 @@ TEST cli_reads_every_type(void)
 {
     struct parsed p;
     const char *const argv[] = {"probe", "--period=2.5", "--center", "-1,0.5,2e1", "scan.nii", "--grid", "64", "--quiet",
-                                "--json", "-", "--mode", "fast", "--weight", "-.5", NULL};
-    ASSERT_EQ(CLI_GO_ON, parse(&p, 14, argv));
+                                "--json", "-", "--mode", "fast", "--weight", "-.5", "--backend", "opencl", NULL};
+    ASSERT_EQ(CLI_GO_ON, parse(&p, 16, argv));
+    ASSERT_STR_EQ("opencl", p.common.backend);
     ASSERT_IN_RANGE(2.5, p.period, 0.0);
     ASSERT_IN_RANGE(-1.0f, p.center[0], 0.0f);
     ASSERT_IN_RANGE(20.0f, p.center[2], 0.0f);
@@ -135,7 +136,7 @@ TEST cli_refuses_in_one_line_with_status_2(void)
         {"--center", "1,2", "x"},  {"--center", "1,2,3,4", "x"}, {"--center", "1,,3", "x"}, {"--mode", "slo", "x"},
         {"--mode", "slow|fast", "x"}, {"--params", "", "x"},   {"--nothing", "1", "x"},    {"--quiet=1", "x", NULL},
         {"-q", "x", NULL},         {"x", "y", NULL},           {"x", "--json", NULL},      {"--quiet", NULL, NULL},
-        {"--weight", "1e300", "x"},
+        {"--weight", "1e300", "x"}, {"--backend", "gpu", "x"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
         struct parsed p;
@@ -158,6 +159,8 @@ TEST cli_help_ends_well_and_names_defaults(void)
     ASSERT_STR_EQ("", p.error);
     read_text(scratch("stdout"), text, sizeof text);
     ASSERT(strstr(text, "usage: probe [options] INPUT") && strstr(text, "--params paper|default") && strstr(text, "[3]"));
+    ASSERT(strstr(text, "--backend scalar|opencl"));
+    ASSERT_STR_EQ("scalar", p.common.backend);
     PASS();
 }
 

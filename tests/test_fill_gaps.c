@@ -281,11 +281,11 @@ TEST seeds_keep_their_distance(void)
     ASSERT_GT(cut_hole(ctx, d3_make(-0.3, 0.5, 0.1), 9.0, 2.0), 20);
     before = springls_count(ctx);
     ctx->desc.max_springls = before + 4;
-    ASSERT_OK(springls__fill_from_springls(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__fill_from_springls));
     ASSERT_EQ(before + 4, springls_count(ctx));
     ASSERT_GT(springls_get_stats(ctx).refused, 0);
     ctx->desc.max_springls = before + 1000;
-    for (i = 0; i < 3; i++) ASSERT_OK(springls__fill_from_springls(ctx));
+    for (i = 0; i < 3; i++) ASSERT_OK(fixture_stage(ctx, springls__fill_from_springls));
     ASSERT_GT(springls_count(ctx), before + 8);
     for (i = before; i < springls_count(ctx); i++) {
         fixture_springl s = fixture_get(ctx, i);
@@ -306,7 +306,7 @@ TEST rims_do_not_grow(void)
     for (i = 0; i < springls_count(ctx); i++) keep[i] = fixture_particle(ctx, i).z > 15.5f;
     fixture_keep(ctx, keep);
     free(keep);
-    for (pass = 0; pass < 10; pass++) ASSERT_OK(springls__fill_from_springls(ctx));
+    for (pass = 0; pass < 10; pass++) ASSERT_OK(fixture_stage(ctx, springls__fill_from_springls));
     for (i = 0; i < springls_count(ctx); i++) ASSERT_GT(fixture_particle(ctx, i).z, 14.5f);
     springls_destroy(ctx);
     PASS();

@@ -72,7 +72,7 @@ TEST omega_is_the_distance(int which)
     fixture_seed(33);
     fixture_random_soup(ctx, 150, -2.0f, 21.0f, which == 1 ? 8.0f : 1.2f);
     for (i = 0; i < 27; i += which ? 1 : 2) ASSERT_OK(springls__grid_add_bricks(ctx, &i, 1));
-    ASSERT_OK(springls__omega_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     for (i = 0; i < g->active_count; i++) {
         int o[3];
         springls__slot_origin(g, g->active[i], o);
@@ -99,17 +99,17 @@ TEST omega_is_never_stale(void)
     int i;
     ASSERT_OK(springls_evolve(ctx));
     ASSERT_OK(fixture_translate(ctx, 0.0f, 0.0f, 1.0f));
-    ASSERT_OK(springls__omega_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     ASSERT_IN_RANGE(fixture_distance(ctx, d3_make(9.0, 9.0, 4.0)), springls__grid_voxel(g, g->omega, 9, 9, 4), 1e-5);
     keep = (uint8_t *)malloc((size_t)springls_count(ctx));
     for (i = 0; i < springls_count(ctx); i++)
         keep[i] = springls__length(springls__sub(fixture_particle(ctx, i), springls__add(corner, springls__v3_make(0.0f, 0.0f, 1.0f)))) > 2.5f;
     ASSERT_OK(fixture_keep(ctx, keep));
     free(keep);
-    ASSERT_OK(springls__omega_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     ASSERT_IN_RANGE(2.0, springls__grid_voxel(g, g->omega, 9, 9, 4), 1e-5);
     fixture_add(ctx, springls__v3_make(9.0f, 9.0f, 4.5f), springls__v3_make(10.0f, 9.0f, 4.5f), springls__v3_make(9.0f, 10.0f, 4.5f));
-    ASSERT_OK(springls__omega_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     ASSERT_IN_RANGE(0.5, springls__grid_voxel(g, g->omega, 9, 9, 4), 1e-5);
     springls_destroy(ctx);
     PASS();
@@ -122,7 +122,7 @@ TEST capture_may_change(void)
     springls_params p = springls_get_params(ctx);
     p.capture = 1.25f;
     ASSERT_OK(springls_set_params(ctx, &p));
-    ASSERT_OK(springls__omega_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->model.grid, ctx->model.grid.omega, 0, 0, 0));
     ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->model.grid, ctx->model.grid.omega, 15, 15, 12));
     springls_destroy(ctx);

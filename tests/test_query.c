@@ -1,11 +1,5 @@
 /* test_query.c - the triangle hierarchy against brute force; questions in world coordinates; material coordinates. */
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include "greatest.h"
-#include "springls_under_test.h"
+#include "fixtures.h"
 
 static uint32_t random_state = 1u;
 static float random_unit(void)
@@ -22,12 +16,10 @@ static springls__v3 random_point(float size)
 
 static springls_context *make_context(int size, const double spacing[3], const double origin[3], const double direction[9])
 {
-    springls_desc desc;
+    springls_desc desc = fixture_desc(size, NULL);
     springls_context *ctx = NULL;
     int k;
-    memset(&desc, 0, sizeof desc);
     for (k = 0; k < 3; k++) {
-        desc.grid.size[k] = size;
         desc.grid.spacing[k] = spacing ? spacing[k] : 1.0;
         desc.grid.origin[k] = origin ? origin[k] : 0.0;
     }
@@ -290,7 +282,7 @@ TEST rigid_motion_keeps_material(void)
             triangle[3 * i + 1] = swap;
         }
         ASSERT_EQ(SPRINGLS_OK, springls_set_mesh(ctx, position, SPHERE_POINTS, 0, triangle, SPHERE_TRIANGLES, NULL));
-        for (s = 0; s < ctx->model.set.count; s++) {
+        for (s = 0; s < fixture_here(ctx)->set.count; s++) {
             for (m = 0; m < 3; m++) rotate(&ctx->model.set.s[s].q[m]);
             rotate(&ctx->model.set.s[s].p);
         }
@@ -331,7 +323,7 @@ TEST zero_spacing_is_one(void)
         springls_context *ctx = make_context(64, k ? zero : NULL, NULL, NULL);
         float x[150];
         ASSERT_EQ(SPRINGLS_OK, springls_set_implicit(ctx, springls_implicit_sphere, &ball));
-        for (s = 0; s < ctx->model.set.count; s++) {
+        for (s = 0; s < fixture_here(ctx)->set.count; s++) {
             for (m = 0; m < 3; m++) rotate(&ctx->model.set.s[s].q[m]);
             rotate(&ctx->model.set.s[s].p);
         }
@@ -357,7 +349,7 @@ TEST coarse_box_keeps_material(void)
     for (i = 0; i < 8; i++)
         for (k = 0; k < 3; k++) corner[3 * i + k] = i >> k & 1 ? 43.0f : 20.0f;
     ASSERT_EQ(SPRINGLS_OK, springls_set_mesh(ctx, corner, 8, 0, face, 12, NULL));
-    for (s = 0; s < ctx->model.set.count; s++) {
+    for (s = 0; s < fixture_here(ctx)->set.count; s++) {
         for (m = 0; m < 3; m++) rotate(&ctx->model.set.s[s].q[m]);
         rotate(&ctx->model.set.s[s].p);
     }
@@ -412,7 +404,7 @@ TEST packed_forms(void)
         ASSERT_GT(outward, 0.97 * sqrt(r));
         ASSERT(surfel[7 * i + 6] > 0.0f && surfel[7 * i + 6] < 1.0f);
     }
-    for (i = 0; i < 64 * 64 * 64; i += 37)
+    for (i = 0; i < 64 * 64 * 64; i += 37) /* what has been read is here */
         ASSERT_EQ(phi[i], springls__grid_voxel(&ctx->model.grid, ctx->model.grid.phi, i % 64, i / 64 % 64, i / 4096));
     free(matrix);
     free(surfel);

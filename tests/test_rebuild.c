@@ -30,7 +30,7 @@ static double exact_distance(int which, d3 x) { return which == 0 ? sphere_dista
 /* phi times a smooth positive factor between 1/2 and 2: the same zero level, another function. */
 static void distort(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
+    springls__grid *g = &fixture_here(ctx)->grid;
     int i, v;
     for (i = 0; i < g->active_count; i++) {
         int o[3];
@@ -123,14 +123,16 @@ TEST rebuilding_does_not_creep(int which)
 TEST remnants_vanish(void)
 {
     springls_context *ctx = shape(0);
-    springls__grid *g = &ctx->model.grid;
+    springls__grid *g = &fixture_here(ctx)->grid;
     int i, x = 18, y = 15;
     fixture_seed(71);
     for (i = 0; i < 3; i++) /* within 3 to 6 voxels of the surface at z = 7.5, beside each other */
         g->phi[springls__slot_at(g, x + i, y, 11) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x + i, y, 11)] = fixture_between(-0.2f, -0.01f);
     ASSERT_OK(springls_rebuild(ctx));
+    fixture_here(ctx);
     for (i = 0; i < 3; i++) ASSERT_LT(springls__grid_voxel(g, g->phi, x + i, y, 11), -1.0f);
     ASSERT_OK(springls_rebuild(ctx));
+    fixture_here(ctx);
     for (i = 0; i < 3; i++) {
         double exact = sphere_distance(d3_make(x + i, y, 11));
         ASSERT_IN_RANGE(exact, springls__grid_voxel(g, g->phi, x + i, y, 11), 0.15);
@@ -143,7 +145,7 @@ TEST remnants_vanish(void)
    on the right side; clamped values reach one voxel beyond the band. */
 static greatest_test_res check_band(springls_context *ctx, d3 center, double radius)
 {
-    springls__grid *g = &ctx->model.grid;
+    springls__grid *g = &fixture_here(ctx)->grid;
     const int n = g->size[0];
     int x, y, z, i, dropped = 0;
     for (z = 0; z < n; z++)

@@ -449,7 +449,7 @@ TEST equilibrium_stays_and_attracts(int torque)
     for (m = 0; m < 3; m++) ASSERT_LT(d3_distance(d3_of(start.q[m]), d3_of(end.q[m])), 1e-5);
     for (m = 0; m < 3; m++) { /* out of the plane and longer */
         d3 s = d3_rotate(d3_sub(d3_of(start.q[m]), d3_of(center)), d3_make(0.1, 0.15, 0.0));
-        ctx->model.set.s[0].q[m] = d3_float(d3_mad(d3_of(center), s, 1.15));
+        fixture_here(ctx)->set.s[0].q[m] = d3_float(d3_mad(d3_of(center), s, 1.15));
     }
     ctx->model.set.s[0] = springls__springl_finished(ctx->model.set.s[0]);
     springls__constellation_changed(ctx);

@@ -110,7 +110,7 @@ static springls_context *make_dumbbell(dumbbell *shape)
 static int deep_springls(springls_context *ctx, float depth)
 {
     int i, n = 0;
-    for (i = 0; i < springls_count(ctx); i++) n += springls__phi_or_beyond(&ctx->model.grid, fixture_particle(ctx, i)) < -depth;
+    for (i = 0; i < springls_count(ctx); i++) n += springls__phi_or_beyond(&fixture_here(ctx)->grid, fixture_particle(ctx, i)) < -depth;
     return n;
 }
 
@@ -119,6 +119,7 @@ static int bodies(springls_context *ctx)
 {
     springls__parts parts;
     int i, n = 0;
+    fixture_here(ctx);
     if (springls__find_parts(ctx, &parts) != SPRINGLS_OK) return -1;
     for (i = 0; i < parts.count; i++) n += !springls__is_speck(parts.part[i].volume);
     return n;
@@ -197,7 +198,11 @@ static springls_context *empty_level_set(void)
     return ctx;
 }
 
-static float phi_at(springls_context *ctx, int x, int y, int z) { return springls__grid_phi(&ctx->model.grid, ctx->model.grid.phi, x, y, z); }
+static float phi_at(springls_context *ctx, int x, int y, int z)
+{
+    const springls__grid *g = &fixture_here(ctx)->grid;
+    return springls__grid_phi(g, g->phi, x, y, z);
+}
 
 /* Between the two sides of a sheet voxels become inside, at the springls' distance, though phi has nothing there: also where
    the bricks have to be made first. */
@@ -207,7 +212,7 @@ TEST a_sheet_nucleates(void)
     springls_measures m;
     int x, y;
     lay_sheet(ctx, 0.3, 11.0, 20.9, 1);
-    ASSERT_OK(springls__project_level_set(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__project_level_set));
     for (y = 13; y <= 18; y++)
         for (x = 13; x <= 18; x++) {
             ASSERT_IN_RANGE(-0.3f, phi_at(ctx, x, y, 16), 0.02f);
@@ -231,7 +236,7 @@ TEST a_gap_does_not(int nucleate)
     p.nucleate = nucleate;
     ASSERT_OK(springls_set_params(ctx, &p));
     lay_sheet(ctx, 0.3, 11.0, 20.9, nucleate ? -1 : 1);
-    ASSERT_OK(springls__project_level_set(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__project_level_set));
     for (y = 8; y < 24; y++)
         for (x = 8; x < 24; x++) ASSERT(phi_at(ctx, x, y, 16) >= 0.0f);
     springls_destroy(ctx);
@@ -250,7 +255,7 @@ TEST a_ribbon_does_not(void)
             springls__v3 u = springls__v3_make(0.0f, 0.4f, 0.0f), v = springls__v3_make(0.4f, 0.0f, 0.0f);
             fixture_add(ctx, springls__add(c, u), springls__sub(c, i ? v : u), springls__sub(c, i ? u : v));
         }
-    ASSERT_OK(springls__project_level_set(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__project_level_set));
     for (i = 8; i < 24; i++) ASSERT(phi_at(ctx, i, 16, 16) >= 0.0f);
     springls_destroy(ctx);
     PASS();

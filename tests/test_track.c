@@ -15,6 +15,7 @@ TEST projection_converges(void)
     ctx = fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 10.0f);
     count = springls_count(ctx);
     fixture_seed(71);
+    fixture_here(ctx);
     for (i = 0; i < count; i++) {
         d3 n = d3_sub(d3_of(ctx->model.set.a[i]), center);
         double off = (double)fixture_between(-1.5f, 1.5f);
@@ -41,7 +42,10 @@ TEST reference_is_what_was_set(void)
     int i;
     ASSERT_OK(fixture_translate(ctx, 4.0f, 0.0f, 0.0f));
     ASSERT_OK(springls_unsigned_to_signed(ctx));
-    for (i = 0; i < springls_count(ctx); i++) ctx->model.set.a[i] = springls__add(ctx->model.set.a[i], springls__v3_make(0.0f, 0.0f, 0.5f));
+    for (i = 0; i < springls_count(ctx); i++) {
+        springls__v3 *a = &fixture_here(ctx)->set.a[i];
+        *a = springls__add(*a, springls__v3_make(0.0f, 0.0f, 0.5f));
+    }
     ASSERT_OK(springls_track(ctx));
     for (i = 0; i < springls_count(ctx); i++)
         ASSERT_IN_RANGE(8.0, d3_distance(d3_of(fixture_origin(ctx, i)), d3_make(13.5, 15.5, 15.5)), 0.1);
@@ -53,12 +57,13 @@ TEST reference_is_what_was_set(void)
     for (i = 0; i < springls_count(ctx); i++) {
         springls__v3 a = fixture_origin(ctx, i), p = fixture_particle(ctx, i);
         ASSERT_MEM_EQ(&p, &a, sizeof a);
-        ctx->model.set.a[i] = springls__add(a, springls__v3_make(0.0f, 0.5f, 0.0f));
+        fixture_here(ctx)->set.a[i] = springls__add(a, springls__v3_make(0.0f, 0.5f, 0.0f));
     }
     ASSERT_OK(springls_track(ctx));
     for (i = 0; i < springls_count(ctx); i++) { /* onto the zero level as it is now, four voxels further */
         springls__v3 a = fixture_origin(ctx, i);
-        float d = springls__grid_sample_smooth(&ctx->model.grid, ctx->model.grid.phi, a); /* the zero that eq. 26 steps to */
+        const springls__grid *g = &fixture_here(ctx)->grid;
+        float d = springls__grid_sample_smooth(g, g->phi, a); /* the zero that eq. 26 steps to */
         ASSERT_IN_RANGE(0.0, d, 0.08); /* a sixteenth of a voxel, and interpolation */
         ASSERT_IN_RANGE(8.0, d3_distance(d3_of(a), d3_make(17.5, 15.5, 15.5)), 0.5);
     }
@@ -92,8 +97,8 @@ TEST new_springls_ask_their_neighbours(void)
     int fresh, i, m, n = 0;
     ctx = field(&p, &fresh);
     fixture_seed(72);
-    for (i = 0; i < fresh; i++) ctx->model.set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
-    ASSERT_OK(springls__cells_build(ctx));
+    for (i = 0; i < fresh; i++) fixture_here(ctx)->set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
+    ASSERT_OK(fixture_stage(ctx, springls__cells_build));
     for (i = 0; i < fresh; i++) { /* within R: some vertex or the particle is that close to the other's triangle */
         fixture_springl s = fixture_get(ctx, i), f = fixture_get(ctx, fresh);
         double d = DBL_MAX;
@@ -127,7 +132,7 @@ TEST the_range_grows(void)
     fixture_add(ctx, springls__v3_make(5.0f, 5.0f, 5.0f), springls__v3_make(6.0f, 5.0f, 5.0f), springls__v3_make(5.0f, 6.0f, 5.0f));
     fixture_add(ctx, springls__v3_make(12.0f, 5.0f, 5.0f), springls__v3_make(13.0f, 5.0f, 5.0f), springls__v3_make(12.0f, 6.0f, 5.0f));
     ctx->model.set.a[0] = springls__v3_make(1.0f, 2.0f, 3.0f);
-    ASSERT_OK(springls__cells_build(ctx));
+    ASSERT_OK(fixture_stage(ctx, springls__cells_build));
     a = springls__adopt_correspondence(&ctx->model, ctx->model.set.s[1], 1);
     ASSERT_EQ(1.0f, a.x);
     ASSERT_EQ(2.0f, a.y);

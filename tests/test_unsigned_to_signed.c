@@ -120,7 +120,7 @@ TEST turned_springls_do_little_harm(void)
     float *phi;
     int i, turned = 0;
     for (i = 0; i < springls_count(ctx); i++) {
-        springls__springl *s = &ctx->model.set.s[i];
+        springls__springl *s = &fixture_here(ctx)->set.s[i];
         springls__v3 q = s->q[1];
         if (fixture_bits() % 100u >= 3) continue;
         s->q[1] = s->q[2];
@@ -177,7 +177,7 @@ TEST zero_level_is_on_the_springls(int which, int shape, int euler, int componen
 TEST phi_before_does_not_matter(int which)
 {
     springls_context *one = make(which, TORUS, 0), *two = make(which, TORUS, 0);
-    springls__grid *g = &two->model.grid;
+    springls__grid *g = &fixture_here(two)->grid;
     float *a, *b;
     int i;
     for (i = 0; i < g->slot_count * SPRINGLS__BRICK_VOXELS; i++) g->phi[i] = i >= 2 * SPRINGLS__BRICK_VOXELS && i % 7 == 0 ? -1.0f : g->phi[i];

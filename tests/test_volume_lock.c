@@ -147,6 +147,7 @@ static int large_parts(springls_context *ctx)
 {
     springls__parts parts;
     int i, large = 0;
+    fixture_here(ctx);
     if (springls__find_parts(ctx, &parts) != SPRINGLS_OK) return -1;
     for (i = 0; i < parts.count; i++) large += !springls__is_speck(parts.part[i].volume);
     return large;

@@ -7,6 +7,6 @@ int main(void)
 {
     int history;
     for (history = 0; history < HISTORIES; history++)
-        printf("%016llx %s\n", (unsigned long long)history_run(history, NULL), history_name(history));
+        printf("%016llx %s\n", (unsigned long long)history_run(history, NULL, NULL), history_name(history));
     return springls_fp_contract_detected();
 }

@@ -1,3 +1,3 @@
-/* The one file that holds the implementation. */
+/* The one file that holds the implementation; with -DWITH_OPENCL that of springls_cl.h too. */
 #define SPRINGLS_IMPLEMENTATION
-#include "springls.h"
+#include "header.h"

@@ -1,6 +1,6 @@
 #!/bin/bash
-# matrix.sh: is springls.h clean in every way it can be used, and does it do the same in all of them? A check passes when its
-# commands succeed and say nothing.
+# matrix.sh: are springls.h and springls_cl.h clean in every way they can be used, and does springls.h do the same in all of
+# them? A check passes when its commands succeed and say nothing.
 # From the repository's root. The last line is "N passed, N failed".
 set -u
 here=tests/compile
@@ -28,7 +28,11 @@ nothing() { [ -z "$1" ] || { echo "$2:" $1; return 1; }; }
 
 # The functions an object or shared library defines for others.
 exported() { nm -g --defined-only "$@" | sed -n 's/.* [TDBRVWCi] //p' | sort; }
-public_functions() { sed -n 's/^  #define \(springls_[a-z0-9_]*\) SPRINGLS__NAME(.*/\1/p' springls.h | sort; }
+# Of springls.h; of both headers for a compiler with -DWITH_OPENCL.
+public_functions() {
+    case $1 in *WITH_OPENCL*) set -- springls.h springls_cl.h ;; *) set -- springls.h ;; esac
+    sed -n 's/^ *#define \(springls_[a-z0-9_]*\) SPRINGLS__NAME(.*/\1/p' "$@" | sort
+}
 
 # ---- the checks ----
 
@@ -41,15 +45,15 @@ two_copies() {  # COMPILER FLAGS-OF-1 FLAGS-OF-2
 namespaces() {
     two_copies "$1" -DSPRINGLS_NAMESPACE=first -DSPRINGLS_NAMESPACE=second &&
         nothing "$(exported $w/1.o | grep -v -e ^first_springls_ -e '^main$')" "without the prefix" &&
-        nothing "$(comm -3 <(exported $w/1.o | sed -n 's/^first_//p') <(public_functions))" "not in both lists"
+        nothing "$(comm -3 <(exported $w/1.o | sed -n 's/^first_//p') <(public_functions "$1"))" "not in both lists"
 }
 only_public_names() {
     $1 $warnings -c -o $w/o.o $here/implement.c &&
-        nothing "$(comm -3 <(exported $w/o.o) <(public_functions))" "declared or defined, not both"
+        nothing "$(comm -3 <(exported $w/o.o) <(public_functions "$1"))" "declared or defined, not both"
 }
 shared_library() {
     $1 $warnings -fPIC -fvisibility=hidden -DSPRINGLS_DLL -shared -o $w/libspringls.so $here/implement.c -lm &&
-        nothing "$(comm -3 <(exported -D $w/libspringls.so) <(public_functions))" "exported or public, not both" &&
+        nothing "$(comm -3 <(exported -D $w/libspringls.so) <(public_functions "$1"))" "exported or public, not both" &&
         $1 $warnings -DSPRINGLS_DLL -DUSE_MAIN -o $w/user $here/use.c -L$w -lspringls -Wl,-rpath,$w && $w/user
 }
 hidden_library() {
@@ -70,12 +74,19 @@ own_assert() {
         { nm -u $w/o.o | grep -q user_check || { echo "SPRINGLS_ASSERT is never used"; return 1; }; }
 }
 few_headers() {
-    nothing "$($1 $warnings -H -fsyntax-only $here/use.c 2>&1 | sed -n 's/^\.\. //p' |
-        grep -v -E '/(stddef|stdint|stdbool)\.h$')" "the declarations include"
+    nothing "$($1 $warnings -H -fsyntax-only $here/use.c 2>&1 | sed -n 's/^\.\.* //p' | grep -v -E '(^|/)((header|springls|springls_cl|stddef|stdint|stdbool)\.h$|(bits|sys|gnu)/|stdc-predef|features)')" \
+        "the declarations include"
 }
 prefixed_macros() {
-    nothing "$(sed -nE 's/^ *# *define +([A-Za-z0-9_]+).*/\1/p' springls.h | grep -v -E '^(SPRINGLS_|springls_)')" \
+    nothing "$(sed -nE 's/^ *# *define +([A-Za-z0-9_]+).*/\1/p' springls.h springls_cl.h |
+        grep -v -E '^(SPRINGLS_|springls_|CL_TARGET_OPENCL_VERSION$|CL_USE_DEPRECATED_OPENCL_1_2_APIS$)')" \
         "macros without the prefix"
+}
+without_opencl() {
+    $1 $warnings -o $w/program $here/no_opencl.c -lm && nothing "$(readelf -d $w/program | grep -i opencl)" "needed to start" && $w/program
+}
+installed() {
+    make -s install DESTDIR=$PWD/$w PREFIX= && cp $here/use.c $here/header.h $w && $1 ${warnings/-I./-I$w/include} -DWITH_OPENCL -c -o $w/o.o $w/use.c
 }
 # What models have become at the end of their lives, in this build.
 lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
@@ -89,6 +100,8 @@ same_lives() {
 # What a C program sees of both must be the same program: the parts as they are, and the header made of them.
 parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only -x c tests/springls_under_test.h; }
 
+# With springls_cl.h, and with it all of springls.h.
+opencl=-DWITH_OPENCL
 . $here/embed.sh
 check "macros all begin with SPRINGLS" prefixed_macros
 for cc in gcc clang; do
@@ -99,25 +112,31 @@ for cc in gcc clang; do
     else echo "$cxx: not here, its checks are left out"; fi
     for std in $languages; do
         case $std in *c++*) compile="$cxx -x c++ $std" ;; *) compile="$cc $std" ;; esac
-        check "$cc $std: declarations" compiles $compile $here/use.c
-        check "$cc $std: implementation" compiles $compile -O1 $here/implement.c
-        check "$cc $std: private copy, mostly unused" compiles $compile $here/static.c
-        check "$cc $std: other headers' names stay free" compiles $compile -fno-builtin $here/clean_names.c
+        for with in "" $opencl; do
+            check "$cc $std $with: declarations" compiles $compile $with $here/use.c
+            check "$cc $std $with: implementation" compiles $compile $with -O1 $here/implement.c
+            check "$cc $std $with: other headers' names stay free" compiles $compile $with -fno-builtin $here/clean_names.c
+        done
+        check "$cc $std: private copy, mostly unused" compiles $compile $opencl $here/static.c
+        check "$cc $std: goes on without OpenCL" without_opencl "$compile"
     done
-    std=-std=c99
     # Compilers warn of more the more they optimise, and of other things.
-    check "$cc: implementation at -O2" compiles $cc $std -O2 $here/implement.c
-    check "$cc: implementation at -O3 -DNDEBUG" compiles $cc $std -O3 -DNDEBUG $here/implement.c
-    check "$cc: implementation beside the macros of windows.h" compiles $cc $std -O1 -Dnear= -Dfar= -Dsmall=char -Dinterface=struct $here/implement.c
-    check "$cc: implementation with OpenMP" compiles $cc $std -fopenmp $here/implement.c
+    check "$cc: implementation at -O2" compiles $cc -std=c99 $opencl -O2 $here/implement.c
+    check "$cc: implementation at -O3 -DNDEBUG" compiles $cc -std=c99 $opencl -O3 -DNDEBUG $here/implement.c
+    check "$cc: implementation beside the macros of windows.h" compiles $cc -std=c99 $opencl -O1 -Dnear= -Dfar= -Dsmall=char -Dinterface=struct $here/implement.c
+    check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
     check "$cc: the parts compile without the tool" parts_compile $cc
-    check "$cc: declarations include only stddef, stdint, stdbool" few_headers "$cc $std"
-    check "$cc: defines the public functions and no others" only_public_names "$cc $std"
-    check "$cc: two plain copies clash (so the next checks mean something)" fails two_copies "$cc $std" "" ""
-    check "$cc: two private copies in one program" two_copies "$cc $std" -DSPRINGLS_STATIC -DSPRINGLS_STATIC
-    check "$cc: two namespaces in one program" namespaces "$cc $std"
-    check "$cc: shared library exports the public functions and no others" shared_library "$cc $std"
-    check "$cc: shared library without SPRINGLS_DLL exports nothing" hidden_library "$cc $std"
+    for with in "" $opencl; do
+        c99="$cc -std=c99 $with"
+        check "$c99: declarations include only stddef, stdint, stdbool" few_headers "$c99"
+        check "$c99: defines the public functions and no others" only_public_names "$c99"
+        check "$c99: two plain copies clash (so the next checks mean something)" fails two_copies "$c99" "" ""
+        check "$c99: two private copies in one program" two_copies "$c99" -DSPRINGLS_STATIC -DSPRINGLS_STATIC
+        check "$c99: two namespaces in one program" namespaces "$c99"
+        check "$c99: shared library exports the public functions and no others" shared_library "$c99"
+        check "$c99: shared library without SPRINGLS_DLL exports nothing" hidden_library "$c99"
+    done
+    check "$cc: what is installed is complete" installed "$cc -std=c99"
     check "$cc: SPRINGLS_ASSERT of the user's own" own_assert "$cc"
     for flags in -O0 -O3 '-O3 -march=native -fopenmp' '-O2 -DSPRINGLS_NO_SIMD'; do check "$cc $flags: histories" lives $cc $flags; done
     case $languages in *c++*) check "$cc: C and C++ link with one another" c_and_cxx $cc $cxx ;; esac

@@ -1,5 +1,5 @@
 /* A user's file: the declarations only. */
-#include "springls.h"
+#include "header.h"
 
 const char *use(void);
 const char *use(void) { return springls_status_string(SPRINGLS_OK); }

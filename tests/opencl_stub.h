@@ -1,0 +1,22 @@
+/* opencl_stub.h - what tests ask of opencl_stub.c, found in it by dlsym. */
+#ifndef OPENCL_STUB_H
+#define OPENCL_STUB_H
+
+typedef struct stub_controls {
+    /* Forgets faults and counts calls from 0 again. */
+    void (*begin)(void);
+    /* Call number `call` of a function ("clFinish"; NULL: of all but releases and clSetKernelArg) gives `error`; with `on` all calls after it
+       do too, but for releases: a lost device. */
+    void (*fail)(const char *function, int call, int error, int on);
+    /* Platforms are found, none of them. */
+    void (*hide_platforms)(int hidden);
+    int (*calls)(const char *function);
+    /* Objects that are not released; of memory alone. */
+    int (*objects)(void);
+    int (*memories)(void);
+    /* The first function that was given an object that there is not, or ""; the function that failed on demand, or "". */
+    const char *(*misuse)(void);
+    const char *(*failed)(void);
+} stub_controls;
+
+#endif
