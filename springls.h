@@ -30,6 +30,7 @@
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>fill_from_springls   kernels_embed/fill_from_springls.h
      >>fill_gaps            kernels_embed/fill_gaps.h
+     >>isosurface           kernels_embed/isosurface.h
      >>lanes                kernels_embed/lanes.h
      >>lanes_neighbors      kernels_embed/lanes_neighbors.h
      >>lanes_rows           kernels_embed/lanes_rows.h
@@ -4512,6 +4513,182 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
     model->set.was[n] = s.p; /* it has been placed, not moved */
 }
 
+/* ======== >>isosurface  (kernels_embed/isosurface.h) =========================================================== */
+/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four
+   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
+   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
+
+/* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */
+typedef uint32_t springls__cube;
+
+SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube & 255u); }
+SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
+SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
+
+/* Where cube (x, y, z) of a brick, each from -1 on, has its record. */
+SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
+
+/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
+typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
+
+/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest
+   number. Cubes that begin before the domain belong to the bricks at its border. */
+SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)
+{
+    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
+    springls__vertex_owner owner;
+    int at[3], at_b, at_c, k;
+    at[0] = x;
+    at[1] = y;
+    at[2] = z;
+    at_b = at[b] + (edge & 1);
+    at_c = at[c] + (edge >> 1 & 1);
+    owner.cube[axis] = at[axis];
+    owner.brick = -1;
+    for (k = 3; k >= 0; k--) {
+        int brick;
+        at[b] = at_b - (k & 1);
+        at[c] = at_c - (k >> 1);
+        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
+        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;
+        owner.brick = brick;
+        owner.edge = 4 * axis + k;
+        owner.cube[b] = at[b];
+        owner.cube[c] = at[c];
+        if ((at_b & 7) != 0 && (at_c & 7) != 0) break; /* all four are in one brick */
+    }
+    return owner;
+}
+
+/* The edges with a vertex that belongs to a cube. */
+SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
+{
+    uint32_t own = 0u;
+    int edge;
+    for (edge = 0; edge < 12; edge++) {
+        int a = springls__mc_edge_corner(edge), b = a | 1 << springls__mc_edge_axis(edge);
+        springls__vertex_owner owner;
+        if (((mask >> a ^ mask >> b) & 1) == 0) continue;
+        owner = springls__owner_of(g, x, y, z, edge);
+        if (owner.cube[0] == x && owner.cube[1] == y && owner.cube[2] == z) own |= 1u << edge;
+    }
+    return own;
+}
+
+/* Which voxels of a row of a tile are inside, one bit each. */
+SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)
+{
+    uint32_t signs = 0u;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;
+    return signs;
+}
+
+/* To SCRATCH1: the CUBES cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
+   they have. To SCRATCH4, for its slot: i. */
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL springls__cube *cubes = (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    springls__cube_range range = springls__brick_cubes(g, g->active[i]);
+    float tile[SPRINGLS__TILE_VOXELS];
+    uint32_t signs[SPRINGLS__TILE * SPRINGLS__TILE], triangles = 0u, vertices = 0u;
+    int x, y, z, k;
+    (void)job;
+    springls__load_tile(g, g->phi, g->active[i], tile);
+    for (k = 0; k < SPRINGLS__TILE * SPRINGLS__TILE; k++) signs[k] = springls__signs_of_row(tile + SPRINGLS__TILE * k);
+    for (k = 0; k < SPRINGLS__CUBES; k++) cubes[k] = 0u;
+    for (z = range.lo[2]; z <= range.hi[2]; z++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++) {
+            const uint32_t *row = signs + y + 1 + SPRINGLS__TILE * (z + 1);
+            uint32_t r0 = row[0], r1 = row[1], r2 = row[SPRINGLS__TILE], r3 = row[SPRINGLS__TILE + 1];
+            if ((r0 | r1 | r2 | r3) == 0u || (r0 & r1 & r2 & r3) == (1u << SPRINGLS__TILE) - 1u) continue;
+            for (x = range.lo[0]; x <= range.hi[0]; x++) {
+                int mask = (int)((r0 >> (x + 1) & 3u) | (r1 >> (x + 1) & 3u) << 2 | (r2 >> (x + 1) & 3u) << 4 | (r3 >> (x + 1) & 3u) << 6);
+                uint32_t own;
+                if (springls__mc_count(mask) == 0) continue;
+                own = springls__own_edges(g, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, mask);
+                cubes[springls__cube_index(x, y, z)] = (uint32_t)mask | own << 8 | vertices << 20;
+                triangles += (uint32_t)springls__mc_count(mask);
+                for (; own; own &= own - 1u) vertices++;
+            }
+        }
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = triangles;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[3])[i] = vertices;
+    ((SPRINGLS__GLOBAL int *)model->scratch[4])[g->active[i]] = i;
+}
+
+/* The number of the vertex on an edge of a cube that it does not belong to. Its owner numbers vertices as triangles come to them. */
+SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
+{
+    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
+    size_t i = (size_t)((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]];
+    springls__cube cube;
+    int axis, k, other, number;
+    uint32_t seen = 0u;
+    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
+    cube = ((SPRINGLS__GLOBAL const springls__cube *)model->scratch[1])[i * SPRINGLS__CUBES + (size_t)springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
+    number = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i] + springls__cube_first(cube);
+    for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {
+        if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;
+        seen |= 1u << other;
+    }
+    return number;
+}
+
+/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6: both from the places in SCRATCH3 and 2 on. */
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const springls__cube *cubes = (SPRINGLS__GLOBAL const springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
+    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i];
+    springls__cube_range range = springls__brick_cubes(g, g->active[i]);
+    float tile[SPRINGLS__TILE_VOXELS];
+    int place = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i], vertex[12], n, k;
+    bool loaded = false;
+    (void)job;
+    for (n = 0; n < SPRINGLS__CUBES; n++) {
+        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]);
+        springls__mc_cell cell;
+        uint32_t seen = 0u;
+        if (cubes[n] == 0u) continue;
+        if (!loaded) springls__load_tile(g, g->phi, g->active[i], tile);
+        loaded = true;
+        cell = springls__tile_cube(tile, x, y, z);
+        for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+            int edge = springls__mc_edge(mask, 0, k);
+            if (!(seen >> edge & 1u) && springls__cube_owns(cubes[n], edge)) {
+                positions[place] = springls__cube_vertex(&range, cell, x, y, z, edge);
+                vertex[edge] = place++;
+            } else if (!(seen >> edge & 1u)) {
+                vertex[edge] = springls__vertex_elsewhere(model, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, edge);
+            }
+            seen |= 1u << edge;
+            *corner++ = vertex[edge];
+        }
+    }
+}
+
+/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
+{
+    springls__v3 a = model->set.a[springl];
+    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
+    return fit.ok ? fit.a : a;
+}
+
+/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
+SPRINGLS__MATHS void springls__dress_element(const springls__model *model, springls__job job, int i)
+{
+    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
+    int nearest = springls__nearest_springl(model, x, 1.0f);
+    (void)job;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
+}
+
 /* ======== >>lanes  (kernels_embed/lanes.h) ===================================================================== */
 /* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
@@ -5289,7 +5466,10 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
     X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \
     X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
     X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
-    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
+    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4)) \
+    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6))                                \
+    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
 
 /* Those whose loop is in lanes_*.h. */
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
@@ -6018,6 +6198,13 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
         if (writes >> array & 1u) buffer->host_stale = true;
     }
     return SPRINGLS_OK;
+}
+
+/* The first bytes of an array, to be read here and then forgotten. */
+SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
+{
+    if (ctx->backend_status != SPRINGLS_OK || !ctx->memory[array].host_stale) return ctx->backend_status;
+    return ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true);
 }
 
 /* Stages run on the device ... */
@@ -10582,87 +10769,26 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 /* ======== >>isosurface  (src/isosurface.h) ===================================================================== */
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
 
-/* Welded marching cubes: voxel positions and triangles, in scratch 1 and 2. */
+/* Welded marching cubes: voxel positions and triangles, in scratch 5 and 6. */
 typedef struct springls__raw_mesh { springls__v3 *positions; int *triangles; int vertex_count, triangle_count; } springls__raw_mesh;
-
-SPRINGLS__FN int springls__count_triangles(const springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int i, x, y, z, total = 0;
-    for (i = 0; i < g->active_count; i++) {
-        springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], tile);
-        for (z = range.lo[2]; z <= range.hi[2]; z++)
-            for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++) total += springls__mc_count(springls__mc_case(springls__tile_cube(tile, x, y, z)));
-    }
-    return total;
-}
-
-/* A hash table from cube edges to vertices. */
-typedef struct springls__weld { uint64_t *keys; int *vertices; size_t mask; } springls__weld;
-
-/* The number of the edge from a voxel (one may be -1) along an axis; never 0. */
-SPRINGLS__FN uint64_t springls__edge_key(const springls__grid *g, int x, int y, int z, int axis)
-{
-    uint64_t nx = (uint64_t)g->size[0] + 2, ny = (uint64_t)g->size[1] + 2;
-    return 1 + (uint64_t)axis + 3 * ((uint64_t)(x + 1) + nx * ((uint64_t)(y + 1) + ny * (uint64_t)(z + 1)));
-}
-
-SPRINGLS__FN int springls__weld_vertex(springls__weld *weld, springls__raw_mesh *mesh, uint64_t key, springls__v3 position)
-{
-    size_t at = (size_t)((key * 0x9E3779B97F4A7C15u) >> 20) & weld->mask;
-    while (weld->keys[at] != key) {
-        if (weld->keys[at] == 0) {
-            weld->keys[at] = key;
-            weld->vertices[at] = mesh->vertex_count;
-            mesh->positions[mesh->vertex_count++] = position;
-            break;
-        }
-        at = (at + 1) & weld->mask;
-    }
-    return weld->vertices[at];
-}
-
-SPRINGLS__FN void springls__weld_brick(const springls__grid *g, int slot, springls__weld *weld, springls__raw_mesh *mesh)
-{
-    springls__cube_range range = springls__brick_cubes(g, slot);
-    float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z, k, m;
-    springls__load_tile(g, g->phi, slot, tile);
-    for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++)
-            for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                int mask = springls__mc_case(cell);
-                for (k = 0; k < springls__mc_count(mask); k++, mesh->triangle_count++)
-                    for (m = 0; m < 3; m++) {
-                        int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
-                        uint64_t key = springls__edge_key(g, range.origin[0] + x + (corner & 1), range.origin[1] + y + ((corner >> 1) & 1),
-                                                          range.origin[2] + z + (corner >> 2), springls__mc_edge_axis(edge));
-                        mesh->triangles[3 * mesh->triangle_count + m] =
-                            springls__weld_vertex(weld, mesh, key, springls__cube_vertex(&range, cell, x, y, z, edge));
-                    }
-            }
-}
 
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
-    const springls__grid *g = &ctx->model.grid;
-    springls__weld weld;
-    size_t triangles = (size_t)springls__count_triangles(ctx), room = 16;
-    int i;
-    while (room < 3 * triangles) room *= 2; /* a closed mesh has half as many vertices as triangles: a sixth full */
-    SPRINGLS__TRY(springls__scratch(ctx, 1, 3 * triangles, sizeof *mesh->positions, (void **)&mesh->positions));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, 3 * triangles, sizeof *mesh->triangles, (void **)&mesh->triangles));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, room, sizeof *weld.keys, (void **)&weld.keys));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, room, sizeof *weld.vertices, (void **)&weld.vertices));
-    memset(weld.keys, 0, room * sizeof *weld.keys);
-    weld.mask = room - 1;
-    mesh->vertex_count = mesh->triangle_count = 0;
-    for (i = 0; i < g->active_count; i++) springls__weld_brick(g, g->active[i], &weld, mesh);
-    return SPRINGLS_OK;
+    const int bricks = ctx->model.grid.active_count;
+    memset(mesh, 0, sizeof *mesh);
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks * SPRINGLS__CUBES, sizeof(springls__cube), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)bricks, sizeof(uint32_t), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)ctx->model.grid.slot_count, sizeof(int), NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, springls__no_job());
+    SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &mesh->triangle_count));
+    SPRINGLS__TRY(springls__scan(ctx, 3, bricks, &mesh->vertex_count));
+    if (mesh->triangle_count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles");
+    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)mesh->vertex_count, sizeof *mesh->positions, (void **)&mesh->positions));
+    SPRINGLS__TRY(springls__scratch(ctx, 6, 3 * (size_t)mesh->triangle_count, sizeof *mesh->triangles, (void **)&mesh->triangles));
+    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__no_job());
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH5, (size_t)mesh->vertex_count * sizeof *mesh->positions));
+    return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, 3 * (size_t)mesh->triangle_count * sizeof *mesh->triangles);
 }
 
 /* The arrays of a mesh, in one block. */
@@ -10700,42 +10826,37 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
     }
 }
 
-/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
-SPRINGLS__FN springls__v3 springls__correspondence_at(const springls_context *ctx, int springl, springls__v3 x)
-{
-    springls__v3 a = ctx->model.set.a[springl];
-    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a, ctx->model.set.count);
-    return fit.ok ? fit.a : a;
-}
-
 typedef struct springls__dress_job { springls_context *ctx; const springls__v3 *positions; springls_mesh *mesh; } springls__dress_job;
 
-/* World position, normal, nearest springl and correspondence of each vertex. */
+/* What the kernel of this name has found for each vertex, in the world. */
 SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
-    springls_context *ctx = job->ctx;
+    const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++) {
-        springls__v3 x = job->positions[begin], n = springls__normal_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x)), a = x;
-        int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-        if (nearest >= 0) a = springls__correspondence_at(ctx, nearest, x);
-        springls_to_world(ctx, &x.x, 1, job->mesh->positions + 3 * begin);
-        springls_to_world(ctx, &a.x, 1, job->mesh->correspondences + 3 * begin);
+        springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)model->scratch[1])[begin]);
+        springls__voxel_to_world(job->ctx, job->positions[begin], job->mesh->positions + 3 * begin);
+        springls__voxel_to_world(job->ctx, ((const springls__v3 *)model->scratch[2])[begin], job->mesh->correspondences + 3 * begin);
         memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = nearest;
+        job->mesh->springls[begin] = ((const int *)model->scratch[3])[begin];
     }
 }
 
-SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
+SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx, springls_mesh *out)
 {
     springls__raw_mesh raw;
     springls__dress_job job;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
-    memset(out, 0, sizeof *out);
+    size_t vertices;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    vertices = (size_t)raw.vertex_count;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, vertices, sizeof(springls__v3), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, vertices, sizeof(springls__v3), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 3, vertices, sizeof(int), NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_dress, raw.vertex_count, springls__no_job());
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH1, vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH2, vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH3, vertices * sizeof(int)));
     SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
@@ -10743,8 +10864,17 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     job.ctx = ctx;
     job.positions = raw.positions;
     job.mesh = out;
-    springls__parallel(ctx, raw.vertex_count, 256, springls__dress_task, &job);
+    springls__parallel(ctx, raw.vertex_count, 1024, springls__dress_task, &job);
     return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
+    memset(out, 0, sizeof *out);
+    springls__use_device(ctx);
+    return springls__told(ctx, springls__dressed_isosurface(ctx, out));
 }
 
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
@@ -10786,10 +10916,10 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     int32_t *parent;
     uint64_t *sides;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     memset(out, 0, sizeof *out);
-    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)raw.triangle_count * 3, sizeof *sides, (void **)&sides));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)raw.vertex_count, sizeof *parent, (void **)&parent));
@@ -10854,7 +10984,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 548 \"springls.h\"\n",
+    "#line 549 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -10939,7 +11069,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 968 \"springls.h\"\n",
+    "#line 969 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -10980,7 +11110,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1010 \"springls.h\"\n",
+    "#line 1011 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11123,7 +11253,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1154 \"springls.h\"\n",
+    "#line 1155 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11190,7 +11320,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1222 \"springls.h\"\n",
+    "#line 1223 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11413,7 +11543,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1446 \"springls.h\"\n",
+    "#line 1447 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11653,7 +11783,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1687 \"springls.h\"\n",
+    "#line 1688 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -11781,7 +11911,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1816 \"springls.h\"\n",
+    "#line 1817 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -11899,7 +12029,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1935 \"springls.h\"\n",
+    "#line 1936 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -11961,7 +12091,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 1998 \"springls.h\"\n",
+    "#line 1999 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -11994,7 +12124,7 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 2032 \"springls.h\"\n",
+    "#line 2033 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12158,7 +12288,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2197 \"springls.h\"\n",
+    "#line 2198 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12184,7 +12314,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2224 \"springls.h\"\n",
+    "#line 2225 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12253,7 +12383,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2294 \"springls.h\"\n",
+    "#line 2295 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -12304,7 +12434,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2346 \"springls.h\"\n",
+    "#line 2347 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -12478,7 +12608,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2521 \"springls.h\"\n",
+    "#line 2522 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -12599,7 +12729,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2643 \"springls.h\"\n",
+    "#line 2644 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -12732,7 +12862,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2777 \"springls.h\"\n",
+    "#line 2778 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13137,7 +13267,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3183 \"springls.h\"\n",
+    "#line 3184 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13231,7 +13361,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3278 \"springls.h\"\n",
+    "#line 3279 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -13330,7 +13460,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3378 \"springls.h\"\n",
+    "#line 3379 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -13511,7 +13641,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3560 \"springls.h\"\n",
+    "#line 3561 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -13570,7 +13700,7 @@ static const char *const springls__kernel_lines[] = {
     "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
     "            }\n",
     "}\n",
-    "#line 3620 \"springls.h\"\n",
+    "#line 3621 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -13665,7 +13795,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3716 \"springls.h\"\n",
+    "#line 3717 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -13786,7 +13916,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 3838 \"springls.h\"\n",
+    "#line 3839 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14062,7 +14192,7 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "}\n",
-    "#line 4115 \"springls.h\"\n",
+    "#line 4116 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -14240,7 +14370,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4294 \"springls.h\"\n",
+    "#line 4295 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14365,7 +14495,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4420 \"springls.h\"\n",
+    "#line 4421 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14460,7 +14590,182 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4516 \"springls.h\"\n",
+    "#line 4517 \"springls.h\"\n",
+    "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
+    "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
+    "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
+    "\n",
+    "/* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */\n",
+    "typedef uint32_t springls__cube;\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube & 255u); }\n",
+    "SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }\n",
+    "SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }\n",
+    "\n",
+    "/* Where cube (x, y, z) of a brick, each from -1 on, has its record. */\n",
+    "SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }\n",
+    "\n",
+    "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
+    "typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;\n",
+    "\n",
+    "/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest\n",
+    "   number. Cubes that begin before the domain belong to the bricks at its border. */\n",
+    "SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)\n",
+    "{\n",
+    "    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;\n",
+    "    springls__vertex_owner owner;\n",
+    "    int at[3], at_b, at_c, k;\n",
+    "    at[0] = x;\n",
+    "    at[1] = y;\n",
+    "    at[2] = z;\n",
+    "    at_b = at[b] + (edge & 1);\n",
+    "    at_c = at[c] + (edge >> 1 & 1);\n",
+    "    owner.cube[axis] = at[axis];\n",
+    "    owner.brick = -1;\n",
+    "    for (k = 3; k >= 0; k--) {\n",
+    "        int brick;\n",
+    "        at[b] = at_b - (k & 1);\n",
+    "        at[c] = at_c - (k >> 1);\n",
+    "        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));\n",
+    "        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;\n",
+    "        owner.brick = brick;\n",
+    "        owner.edge = 4 * axis + k;\n",
+    "        owner.cube[b] = at[b];\n",
+    "        owner.cube[c] = at[c];\n",
+    "        if ((at_b & 7) != 0 && (at_c & 7) != 0) break; /* all four are in one brick */\n",
+    "    }\n",
+    "    return owner;\n",
+    "}\n",
+    "\n",
+    "/* The edges with a vertex that belongs to a cube. */\n",
+    "SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)\n",
+    "{\n",
+    "    uint32_t own = 0u;\n",
+    "    int edge;\n",
+    "    for (edge = 0; edge < 12; edge++) {\n",
+    "        int a = springls__mc_edge_corner(edge), b = a | 1 << springls__mc_edge_axis(edge);\n",
+    "        springls__vertex_owner owner;\n",
+    "        if (((mask >> a ^ mask >> b) & 1) == 0) continue;\n",
+    "        owner = springls__owner_of(g, x, y, z, edge);\n",
+    "        if (owner.cube[0] == x && owner.cube[1] == y && owner.cube[2] == z) own |= 1u << edge;\n",
+    "    }\n",
+    "    return own;\n",
+    "}\n",
+    "\n",
+    "/* Which voxels of a row of a tile are inside, one bit each. */\n",
+    "SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)\n",
+    "{\n",
+    "    uint32_t signs = 0u;\n",
+    "    int x;\n",
+    "    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;\n",
+    "    return signs;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH1: the CUBES cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices\n",
+    "   they have. To SCRATCH4, for its slot: i. */\n",
+    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL springls__cube *cubes = (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    springls__cube_range range = springls__brick_cubes(g, g->active[i]);\n",
+    "    float tile[SPRINGLS__TILE_VOXELS];\n",
+    "    uint32_t signs[SPRINGLS__TILE * SPRINGLS__TILE], triangles = 0u, vertices = 0u;\n",
+    "    int x, y, z, k;\n",
+    "    (void)job;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
+    "    for (k = 0; k < SPRINGLS__TILE * SPRINGLS__TILE; k++) signs[k] = springls__signs_of_row(tile + SPRINGLS__TILE * k);\n",
+    "    for (k = 0; k < SPRINGLS__CUBES; k++) cubes[k] = 0u;\n",
+    "    for (z = range.lo[2]; z <= range.hi[2]; z++)\n",
+    "        for (y = range.lo[1]; y <= range.hi[1]; y++) {\n",
+    "            const uint32_t *row = signs + y + 1 + SPRINGLS__TILE * (z + 1);\n",
+    "            uint32_t r0 = row[0], r1 = row[1], r2 = row[SPRINGLS__TILE], r3 = row[SPRINGLS__TILE + 1];\n",
+    "            if ((r0 | r1 | r2 | r3) == 0u || (r0 & r1 & r2 & r3) == (1u << SPRINGLS__TILE) - 1u) continue;\n",
+    "            for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
+    "                int mask = (int)((r0 >> (x + 1) & 3u) | (r1 >> (x + 1) & 3u) << 2 | (r2 >> (x + 1) & 3u) << 4 | (r3 >> (x + 1) & 3u) << 6);\n",
+    "                uint32_t own;\n",
+    "                if (springls__mc_count(mask) == 0) continue;\n",
+    "                own = springls__own_edges(g, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, mask);\n",
+    "                cubes[springls__cube_index(x, y, z)] = (uint32_t)mask | own << 8 | vertices << 20;\n",
+    "                triangles += (uint32_t)springls__mc_count(mask);\n",
+    "                for (; own; own &= own - 1u) vertices++;\n",
+    "            }\n",
+    "        }\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = triangles;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[3])[i] = vertices;\n",
+    "    ((SPRINGLS__GLOBAL int *)model->scratch[4])[g->active[i]] = i;\n",
+    "}\n",
+    "\n",
+    "/* The number of the vertex on an edge of a cube that it does not belong to. Its owner numbers vertices as triangles come to them. */\n",
+    "SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)\n",
+    "{\n",
+    "    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);\n",
+    "    size_t i = (size_t)((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]];\n",
+    "    springls__cube cube;\n",
+    "    int axis, k, other, number;\n",
+    "    uint32_t seen = 0u;\n",
+    "    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;\n",
+    "    cube = ((SPRINGLS__GLOBAL const springls__cube *)model->scratch[1])[i * SPRINGLS__CUBES + (size_t)springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];\n",
+    "    number = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i] + springls__cube_first(cube);\n",
+    "    for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {\n",
+    "        if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;\n",
+    "        seen |= 1u << other;\n",
+    "    }\n",
+    "    return number;\n",
+    "}\n",
+    "\n",
+    "/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6: both from the places in SCRATCH3 and 2 on. */\n",
+    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const springls__cube *cubes = (SPRINGLS__GLOBAL const springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];\n",
+    "    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i];\n",
+    "    springls__cube_range range = springls__brick_cubes(g, g->active[i]);\n",
+    "    float tile[SPRINGLS__TILE_VOXELS];\n",
+    "    int place = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i], vertex[12], n, k;\n",
+    "    bool loaded = false;\n",
+    "    (void)job;\n",
+    "    for (n = 0; n < SPRINGLS__CUBES; n++) {\n",
+    "        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]);\n",
+    "        springls__mc_cell cell;\n",
+    "        uint32_t seen = 0u;\n",
+    "        if (cubes[n] == 0u) continue;\n",
+    "        if (!loaded) springls__load_tile(g, g->phi, g->active[i], tile);\n",
+    "        loaded = true;\n",
+    "        cell = springls__tile_cube(tile, x, y, z);\n",
+    "        for (k = 0; k < 3 * springls__mc_count(mask); k++) {\n",
+    "            int edge = springls__mc_edge(mask, 0, k);\n",
+    "            if (!(seen >> edge & 1u) && springls__cube_owns(cubes[n], edge)) {\n",
+    "                positions[place] = springls__cube_vertex(&range, cell, x, y, z, edge);\n",
+    "                vertex[edge] = place++;\n",
+    "            } else if (!(seen >> edge & 1u)) {\n",
+    "                vertex[edge] = springls__vertex_elsewhere(model, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, edge);\n",
+    "            }\n",
+    "            seen |= 1u << edge;\n",
+    "            *corner++ = vertex[edge];\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 a = model->set.a[springl];\n",
+    "    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);\n",
+    "    return fit.ok ? fit.a : a;\n",
+    "}\n",
+    "\n",
+    "/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */\n",
+    "SPRINGLS__MATHS void springls__dress_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];\n",
+    "    int nearest = springls__nearest_springl(model, x, 1.0f);\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
+    "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
+    "}\n",
+    "#line 4693 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -14700,7 +15005,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4757 \"springls.h\"\n",
+    "#line 4934 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -14731,7 +15036,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4789 \"springls.h\"\n",
+    "#line 4966 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -14938,7 +15243,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4997 \"springls.h\"\n",
+    "#line 5174 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -15046,7 +15351,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5106 \"springls.h\"\n",
+    "#line 5283 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -15182,7 +15487,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5243 \"springls.h\"\n",
+    "#line 5420 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -15232,7 +15537,10 @@ static const char *const springls__kernel_lines[] = {
     "    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \\\n",
     "    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \\\n",
     "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
-    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \\\n",
+    "    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4)) \\\n",
+    "    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6))                                \\\n",
+    "    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))\n",
     "\n",
     "/* Those whose loop is in lanes_*.h. */\n",
     "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
@@ -15251,7 +15559,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 15255 \"springls.h\"\n",
+    "#line 15563 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -15665,7 +15973,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 15669 \"springls.h\"\n",
+    "#line 15977 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -15858,7 +16166,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 15862 \"springls.h\"\n",
+    "#line 16170 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

@@ -47,7 +47,10 @@
     X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \
     X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
     X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
-    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
+    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4)) \
+    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6))                                \
+    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
 
 /* Those whose loop is in lanes_*.h. */
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
