@@ -100,7 +100,7 @@ build/libcommon.a: $(COMMON)
 	@rm -f $@
 	$(SAY)$(AR) rcs $@ $(COMMON)
 
-build/%: examples/%.c springls.h build/libcommon.a build/common/settings
+build/%: examples/%.c springls.h springls_cl.h build/libcommon.a build/common/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF build/$*.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
 
 examples: $(EXAMPLES)   ## build every program of examples/ into build/

@@ -768,6 +768,7 @@ typedef void (*springls_affine_fn)(void *user, const float *points, const float 
 typedef struct springls_sampled_field {
     const float *data;
     springls_grid_desc grid;
+    unsigned version; /* with a backend: while it and data stay the same, and it is not 0, the samples are not sent again */
 } springls_sampled_field;
 
 typedef enum springls_integrator { SPRINGLS_RK4, SPRINGLS_EULER } springls_integrator;
@@ -976,6 +977,14 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
+  /* springls_cl_desc.velocity_source, as advect.h calls it. */
+  #define SPRINGLS__USER_VELOCITY                                                                                         \
+      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
+      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
+      {                                                                                                                   \
+          float3 v = springls_velocity((float3)(x.x, x.y, x.z), time, user);                                              \
+          return springls__v3_make(v.x, v.y, v.z);                                                                        \
+      }
   typedef uchar uint8_t;
   typedef int int32_t;
   typedef uint uint32_t;
@@ -993,6 +1002,14 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
     #define SPRINGLS__MATHS static inline
   #endif
   #define SPRINGLS__GLOBAL
+  /* Never called: on the host it is a callback. */
+  #define SPRINGLS__USER_VELOCITY                                                                                         \
+      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
+      {                                                                                                                   \
+          (void)time;                                                                                                     \
+          (void)user;                                                                                                     \
+          return x;                                                                                                       \
+      }
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
@@ -1281,6 +1298,13 @@ typedef struct springls__cells {
     int large_count;
 } springls__cells;
 
+/* Forces that kernels can take by themselves (advect.h). */
+struct springls__force_rule;
+typedef struct springls__forces_here {
+    SPRINGLS__GLOBAL struct springls__force_rule *rule;
+    SPRINGLS__GLOBAL float *pressure, *velocity, *user;
+} springls__forces_here;
+
 #define SPRINGLS__SCRATCHES 8
 
 typedef struct springls__model {
@@ -1290,6 +1314,7 @@ typedef struct springls__model {
     springls__cells cells;
     SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
     SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
+    springls__forces_here force;        /* what moves it, where no callback does                                */
     SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
     SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
     SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
@@ -1313,6 +1338,8 @@ typedef struct springls__model {
     X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
     X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
     X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
+    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \
+    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \
     X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
     X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
 
@@ -2027,6 +2054,171 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
 {
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
+}
+
+/* A sampled field: from the model's voxels to its own samples. */
+typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
+
+SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)
+{
+    const float *m = field->from_voxel;
+    float f[3], corner[8];
+    int i[3], axis, channel, c;
+    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];
+    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];
+    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];
+    for (axis = 0; axis < 3; axis++) {
+        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));
+        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);
+        f[axis] -= (float)i[axis];
+    }
+    for (channel = 0; channel < field->channels; channel++) {
+        for (c = 0; c < 8; c++) {
+            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
+            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
+            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
+            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
+        }
+        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
+    }
+}
+
+/* Mean curvature of phi at x: the Laplacian of a distance. */
+SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
+{
+    float c = springls__grid_sample(g, g->phi, x);
+    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
+              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
+              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
+    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
+}
+
+/* What moves springls (eq. 1), where no callback has a part in it. */
+#define SPRINGLS__FLOW_NONE 0
+#define SPRINGLS__FLOW_DEFORMATION 1
+#define SPRINGLS__FLOW_ROTATION 2
+#define SPRINGLS__FLOW_USER 3
+
+typedef struct springls__force_rule {
+    springls__field pressure, velocity; /* channels 0: none */
+    float pressure_weight, velocity_weight, curvature_weight;
+    int flow;
+    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
+    float dt, stage_time[4]; /* of the Runge-Kutta stages */
+    int euler, stop_at_topology, pad[1];
+} springls__force_rule;
+
+SPRINGLS__USER_VELOCITY
+
+/* sigma of eq. 1. */
+SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)
+{
+    const float *n = rule->flow_numbers;
+    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
+    float v[3];
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], n[1], time);
+    if (rule->flow == SPRINGLS__FLOW_ROTATION)
+        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
+    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);
+    if (rule->velocity.channels == 0) return out;
+    springls__field_sample(&rule->velocity, model->force.velocity, x, v);
+    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
+}
+
+/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
+SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)
+{
+    float rho;
+    if (rule->pressure.channels != 0) {
+        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
+        out = springls__mad(out, n, rule->pressure_weight * rho);
+    }
+    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+    return out;
+}
+
+/* The points of a springl that move: its particle, and its vertices. */
+#define SPRINGLS__MOVERS 4
+
+typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
+
+/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
+SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)
+{
+    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
+    springls__movers slope;
+    int m;
+    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
+    if (!model->params.vertex_velocity) {
+        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
+        return slope;
+    }
+    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));
+    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);
+    return slope;
+}
+
+/* x + s k, for all. */
+SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
+{
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);
+    return at;
+}
+
+SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)
+{
+    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
+    int m;
+    if (rule->euler) {
+        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
+        return k1;
+    }
+    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
+    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
+    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
+    return k1;
+}
+
+/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:
+   whether it moves. */
+SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__job job, int i)
+{
+    springls__force_rule rule = *model->force.rule;
+    springls__springl s = model->set.s[i];
+    springls__movers at, d;
+    float d2;
+    int m, finite = 1;
+    (void)job;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = springls__displacement_of(model, &rule, at);
+    if (rule.stop_at_topology
+        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),
+                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],
+                                      springls__springl_normal(s)))
+        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
+    d2 = springls__length2(d.x[0]);
+    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;
+    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
+}
+
+/* Moves springl i by its displacements in SCRATCH0. */
+SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)
+{
+    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];
+    springls__springl s = model->set.s[i];
+    int m;
+    (void)job;
+    s.p = springls__add(s.p, d.x[0]);
+    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
+    model->set.s[i] = springls__springl_finished(s);
 }
 
 /* ======== >>relax  (kernels_embed/relax.h) ===================================================================== */
@@ -5423,6 +5615,8 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 
 /* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
 #define SPRINGLS__KERNELS(X)                                                                          \
+    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \
+    X(move, 512, SPRINGLS__BIT(S))                                                                    \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
     X(orient, 256, SPRINGLS__BIT(S))                                                                \
@@ -5556,6 +5750,10 @@ struct springls_backend {
     void (*release)(springls_context *ctx, springls__buffer *buffer);
     /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
+    /* Device memory of a buffer gets these bytes. */
+    springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
+    springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
+    size_t user_bytes;
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
     /* Collectives: what the function of the same name (springls__...) does on the host. */
     springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
@@ -5584,6 +5782,7 @@ struct springls_context {
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* of its first failure, which the stage that runs has not told yet         */
+    springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
     bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
     springls_stats stats;
     double time;
@@ -6759,6 +6958,8 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 /* ======== >>transform  (src/transform.h) ======================================================================= */
 /* transform.h - between the voxels of a grid and the world. */
 
+SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
+
 /* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
@@ -6815,13 +7016,6 @@ SPRINGLS__FN springls__v3 springls__normal_to_world(const springls_context *ctx,
 /* ======== >>advect  (src/advect.h) ============================================================================= */
 /* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
 
-/* A sampled field ready for use: from the model's voxels to its own samples. */
-typedef struct springls__field {
-    const float *data;
-    float from_voxel[12];
-    int size[3], channels;
-} springls__field;
-
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
 {
@@ -6829,7 +7023,6 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     int axis, column, k;
     memset(field, 0, sizeof *field);
     if (!given->data) return SPRINGLS_OK;
-    field->data = given->data;
     field->channels = channels;
     if (given->grid.size[0] == 0 && given->grid.size[1] == 0 && given->grid.size[2] == 0) { /* the model's own */
         for (axis = 0; axis < 3; axis++) {
@@ -6851,56 +7044,19 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN void springls__field_sample(const springls__field *field, springls__v3 x, float *out)
-{
-    const float *m = field->from_voxel;
-    float f[3], corner[8];
-    int i[3], axis, channel, c;
-    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];
-    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];
-    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];
-    for (axis = 0; axis < 3; axis++) {
-        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));
-        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);
-        f[axis] -= (float)i[axis];
-    }
-    for (channel = 0; channel < field->channels; channel++) {
-        for (c = 0; c < 8; c++) {
-            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
-            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
-            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
-            corner[c] = field->data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
-        }
-        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
-    }
-}
-
-/* The points of a springl that move: its particle, and its vertices. */
-enum { SPRINGLS__MOVERS = 4, SPRINGLS__ADVECT_BLOCK = 128 };
+enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
 
 typedef struct springls__advect_job {
     springls_context *ctx;
     const springls_forces *forces;
-    springls__field pressure, velocity;
-    float pressure_weight, velocity_weight, affine_weight;
-    float dt, stage_time[4]; /* of the Runge-Kutta stages */
-    bool stop_at_topology;
-    springls__v3 *displacement; /* MOVERS a springl */
+    springls__force_rule rule;
+    float affine_weight;
+    springls__movers *displacement;
     struct springls__block_motion *motion; /* one a block */
 } springls__advect_job;
 
 /* What a block's displacements come to. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
-
-/* Mean curvature of phi at x: the Laplacian of a distance. */
-SPRINGLS__FN float springls__curvature_at(const springls__grid *g, springls__v3 x)
-{
-    float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
-    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
-}
 
 /* sigma of eq. 1 at points[0..count). */
 SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time, springls__v3 *out)
@@ -6912,12 +7068,12 @@ SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls
     if (forces->velocity) {
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->velocity_weight);
+            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->rule.velocity_weight);
     }
-    if (!job->velocity.data) return;
+    if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
-        springls__field_sample(&job->velocity, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->velocity_weight);
+        springls__field_sample(&job->rule.velocity, forces->velocity_grid.data, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->rule.velocity_weight);
     }
 }
 
@@ -6930,12 +7086,12 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
     int i;
     if (forces->pressure) {
         forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[i]);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[i]);
     }
-    if (job->pressure.data) {
+    if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
-            springls__field_sample(&job->pressure, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[0]);
+            springls__field_sample(&job->rule.pressure, forces->pressure_grid.data, points[i], buffer);
+            out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
@@ -6978,17 +7134,17 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         }
 }
 
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__v3 *displacement, int count)
+SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
     springls__block_motion motion;
-    int i;
+    int i, m;
     motion.largest2 = 0.0f;
     motion.moving = 0;
     motion.finite = 1;
-    for (i = 0; i < SPRINGLS__MOVERS * count; i++) {
-        float d2 = springls__length2(displacement[i]);
-        if (!(d2 < 1e18f)) motion.finite = 0;
-        if (i % SPRINGLS__MOVERS) continue;
+    for (i = 0; i < count; i++) {
+        float d2 = springls__length2(displacement[i].x[0]);
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) motion.finite = 0;
         motion.largest2 = springls__max(motion.largest2, d2);
         motion.moving += d2 > 1e-4f;
     }
@@ -7007,27 +7163,27 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(job, x, a, count, job->stage_time[0], k1);
+    springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
     if (job->forces->integrator == SPRINGLS_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->dt);
+        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[1], k2);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[2], k3);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[3], k4);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->dt);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[1], k2);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[2], k3);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[3], k4);
+        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = job->displacement + (size_t)(first + i) * SPRINGLS__MOVERS;
+        springls__v3 *d = job->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (job->stop_at_topology
+        if (job->rule.stop_at_topology
             && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
                                           d[0], springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + (size_t)first * SPRINGLS__MOVERS, count);
+    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
@@ -7051,30 +7207,18 @@ SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, con
     if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     job->ctx = ctx;
     job->forces = forces;
-    job->pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
-    job->velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
+    job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->dt = dt;
-    job->stage_time[0] = time;
-    job->stage_time[1] = job->stage_time[2] = time + 0.5f * spread;
-    job->stage_time[3] = time + spread;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->pressure));
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->velocity));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
-    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
-}
-
-SPRINGLS__FN void springls__move_task(void *arg, int begin, int end)
-{
-    const springls__advect_job *job = (const springls__advect_job *)arg;
-    int m;
-    for (; begin < end; begin++) {
-        springls__springl *s = &job->ctx->model.set.s[begin];
-        const springls__v3 *d = job->displacement + (size_t)begin * SPRINGLS__MOVERS;
-        s->p = springls__add(s->p, d[0]);
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
-        *s = springls__springl_finished(*s);
-    }
+    job->rule.dt = dt;
+    job->rule.stage_time[0] = time;
+    job->rule.stage_time[1] = job->rule.stage_time[2] = time + 0.5f * spread;
+    job->rule.stage_time[3] = time + spread;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity));
+    job->rule.euler = forces->integrator == SPRINGLS_EULER;
+    job->rule.curvature_weight = forces->curvature_weight;
+    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement);
 }
 
 /* The largest particle displacement, or a negative number when any point's is not finite. */
@@ -7091,6 +7235,81 @@ SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *jo
     return springls__sqrt(largest2);
 }
 
+/* Displacements by the host's threads, which callbacks want. */
+SPRINGLS__FN springls_status springls__displace_here(springls__advect_job *job, float *moved, int *moving)
+{
+    springls_context *ctx = job->ctx;
+    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
+    *moved = springls__largest_displacement(job, moving);
+    return SPRINGLS_OK;
+}
+
+/* Can the device take these forces by itself? */
+SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
+{
+    const springls_forces *forces = job->forces;
+    float *n = job->rule.flow_numbers;
+    if (forces->pressure || forces->affine) return false;
+    job->rule.flow = SPRINGLS__FLOW_NONE;
+    if (forces->velocity == springls_velocity_deformation) {
+        const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
+        job->rule.flow = SPRINGLS__FLOW_DEFORMATION;
+        n[0] = flow->grid_size;
+        n[1] = flow->period;
+    } else if (forces->velocity == springls_velocity_rotation) {
+        const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
+        springls__v3 axis = springls__normalize(springls__load3(flow->axis));
+        job->rule.flow = SPRINGLS__FLOW_ROTATION;
+        memcpy(n, flow->center, 3 * sizeof *n);
+        n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
+        n[6] = flow->angular_velocity;
+    } else if (forces->velocity) {
+        if (!job->ctx->backend->user_velocity || forces->velocity != job->ctx->backend->user_velocity) return false;
+        job->rule.flow = SPRINGLS__FLOW_USER;
+    }
+    return true;
+}
+
+/* A sampled field goes to the device once as long as its version stays. */
+SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array, const springls_sampled_field *given,
+                                                       const springls__field *field)
+{
+    springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
+    size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
+    if (!given->data) return SPRINGLS_OK;
+    if (given->version && given->version == last->version && given->data == last->data) return SPRINGLS_OK;
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
+    *last = *given;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job, float *moved, int *moving)
+{
+    springls_context *ctx = job->ctx;
+    int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces->pressure_grid, &job->rule.pressure));
+    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces->velocity_grid, &job->rule.velocity));
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
+    if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+        SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
+    springls__run(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job());
+    *moved = springls__sqrt(springls__largest(ctx, 1, count));
+    *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    if (!(*moved < 1e9f)) *moved = -1.0f;
+    return ctx->backend_status;
+}
+
+SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
+{
+    if (job->ctx->on_device && springls__device_knows(job)) return springls__displace_there(job, moved, moving);
+    return springls__displace_here(job, moved, moving);
+}
+
 /* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
    *moved: how far the fastest one goes. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology,
@@ -7098,15 +7317,13 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
 {
     springls__advect_job job;
     int moving;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__use_device(ctx);
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
-    job.stop_at_topology = stop_at_topology;
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
-    *moved = springls__largest_displacement(&job, &moving);
+    job.rule.stop_at_topology = stop_at_topology;
+    SPRINGLS__TRY(springls__displace(&job, moved, &moving));
     if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S)));
-    springls__parallel(ctx, ctx->model.set.count, 512, springls__move_task, &job);
+    springls__run(ctx, SPRINGLS__KERNEL_move, ctx->model.set.count, springls__no_job());
     ctx->stats.moved = *moved;
     ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
     springls__constellation_moved(ctx);
@@ -7121,7 +7338,7 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
+    status = springls__told(ctx, springls__advect(ctx, forces, time, dt, false, 0.0f, &moved));
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     return status;
 }
@@ -7137,10 +7354,9 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     euler = *forces;
     euler.integrator = SPRINGLS_EULER;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__use_device(ctx);
     SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
-    *speed = springls__largest_displacement(&job, &moving);
+    SPRINGLS__TRY(springls__told(ctx, springls__displace(&job, speed, &moving)));
     if (*speed < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
     return SPRINGLS_OK;
 }
@@ -7429,7 +7645,7 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
-    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted, splits;
+    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(uint32_t), NULL));
     springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, springls__no_job());
     SPRINGLS__TRY(springls__scan(ctx, 1, count, &wanted));
@@ -7658,7 +7874,7 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) 
 
 SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 {
-    int count = ctx->model.set.count, wanted, room;
+    int count = ctx->model.set.count, wanted = 0, room;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
@@ -7689,7 +7905,7 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
 {
     springls__job job = springls__no_job();
-    int bricks, wanted, room;
+    int bricks, wanted = 0, room;
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
@@ -8616,6 +8832,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
         if (status != SPRINGLS_OK || longest == 0.0f || *moved <= longest) break;
         *dt *= springls__max(0.95f * longest / *moved, 0.1f);
     }
+    status = springls__told(ctx, status);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
     ctx->time += (double)*dt;
@@ -9175,8 +9392,6 @@ SPRINGLS__FN float springls__surface_winding(const springls__surface *surface, s
 /* ======== >>shapes  (src/shapes.h) ============================================================================= */
 /* shapes.h - ready-made implicit functions for springls_set_implicit: exact signed distances, negative inside.
    The one exception is the inside of merged spheres near a point that three of them share: there it is a lower bound. */
-
-SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out)
 {
@@ -11069,7 +11284,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 969 \"springls.h\"\n",
+    "#line 970 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -11080,6 +11295,14 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
+    "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
+    "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
+    "      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \\\n",
+    "      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \\\n",
+    "      {                                                                                                                   \\\n",
+    "          float3 v = springls_velocity((float3)(x.x, x.y, x.z), time, user);                                              \\\n",
+    "          return springls__v3_make(v.x, v.y, v.z);                                                                        \\\n",
+    "      }\n",
     "  typedef uchar uint8_t;\n",
     "  typedef int int32_t;\n",
     "  typedef uint uint32_t;\n",
@@ -11097,6 +11320,14 @@ static const char *const springls__kernel_lines[] = {
     "    #define SPRINGLS__MATHS static inline\n",
     "  #endif\n",
     "  #define SPRINGLS__GLOBAL\n",
+    "  /* Never called: on the host it is a callback. */\n",
+    "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
+    "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
+    "      {                                                                                                                   \\\n",
+    "          (void)time;                                                                                                     \\\n",
+    "          (void)user;                                                                                                     \\\n",
+    "          return x;                                                                                                       \\\n",
+    "      }\n",
     "  #define SPRINGLS__CONST static const\n",
     "  #define springls__sqrt(x)   sqrtf(x)\n",
     "  #define springls__fabs(x)   fabsf(x)\n",
@@ -11110,7 +11341,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1011 \"springls.h\"\n",
+    "#line 1028 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11253,7 +11484,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1155 \"springls.h\"\n",
+    "#line 1172 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11320,7 +11551,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1223 \"springls.h\"\n",
+    "#line 1240 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11382,6 +11613,13 @@ static const char *const springls__kernel_lines[] = {
     "    int large_count;\n",
     "} springls__cells;\n",
     "\n",
+    "/* Forces that kernels can take by themselves (advect.h). */\n",
+    "struct springls__force_rule;\n",
+    "typedef struct springls__forces_here {\n",
+    "    SPRINGLS__GLOBAL struct springls__force_rule *rule;\n",
+    "    SPRINGLS__GLOBAL float *pressure, *velocity, *user;\n",
+    "} springls__forces_here;\n",
+    "\n",
     "#define SPRINGLS__SCRATCHES 8\n",
     "\n",
     "typedef struct springls__model {\n",
@@ -11391,6 +11629,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cells cells;\n",
     "    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */\n",
     "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */\n",
+    "    springls__forces_here force;        /* what moves it, where no callback does                                */\n",
     "    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */\n",
     "    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */\n",
     "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
@@ -11414,6 +11653,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \\\n",
     "    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \\\n",
     "    X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \\\n",
+    "    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \\\n",
+    "    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \\\n",
     "    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \\\n",
     "    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)\n",
     "\n",
@@ -11543,7 +11784,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1447 \"springls.h\"\n",
+    "#line 1474 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11783,7 +12024,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1688 \"springls.h\"\n",
+    "#line 1715 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -11911,7 +12152,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1817 \"springls.h\"\n",
+    "#line 1844 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12029,7 +12270,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1936 \"springls.h\"\n",
+    "#line 1963 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12091,7 +12332,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 1999 \"springls.h\"\n",
+    "#line 2026 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12124,7 +12365,172 @@ static const char *const springls__kernel_lines[] = {
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
     "}\n",
-    "#line 2033 \"springls.h\"\n",
+    "\n",
+    "/* A sampled field: from the model's voxels to its own samples. */\n",
+    "typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)\n",
+    "{\n",
+    "    const float *m = field->from_voxel;\n",
+    "    float f[3], corner[8];\n",
+    "    int i[3], axis, channel, c;\n",
+    "    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];\n",
+    "    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];\n",
+    "    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));\n",
+    "        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);\n",
+    "        f[axis] -= (float)i[axis];\n",
+    "    }\n",
+    "    for (channel = 0; channel < field->channels; channel++) {\n",
+    "        for (c = 0; c < 8; c++) {\n",
+    "            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);\n",
+    "            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);\n",
+    "            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);\n",
+    "            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];\n",
+    "        }\n",
+    "        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Mean curvature of phi at x: the Laplacian of a distance. */\n",
+    "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    float c = springls__grid_sample(g, g->phi, x);\n",
+    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
+    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
+    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
+    "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
+    "}\n",
+    "\n",
+    "/* What moves springls (eq. 1), where no callback has a part in it. */\n",
+    "#define SPRINGLS__FLOW_NONE 0\n",
+    "#define SPRINGLS__FLOW_DEFORMATION 1\n",
+    "#define SPRINGLS__FLOW_ROTATION 2\n",
+    "#define SPRINGLS__FLOW_USER 3\n",
+    "\n",
+    "typedef struct springls__force_rule {\n",
+    "    springls__field pressure, velocity; /* channels 0: none */\n",
+    "    float pressure_weight, velocity_weight, curvature_weight;\n",
+    "    int flow;\n",
+    "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
+    "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
+    "    int euler, stop_at_topology, pad[1];\n",
+    "} springls__force_rule;\n",
+    "\n",
+    "SPRINGLS__USER_VELOCITY\n",
+    "\n",
+    "/* sigma of eq. 1. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)\n",
+    "{\n",
+    "    const float *n = rule->flow_numbers;\n",
+    "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    float v[3];\n",
+    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], n[1], time);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
+    "        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
+    "    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);\n",
+    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);\n",
+    "    if (rule->velocity.channels == 0) return out;\n",
+    "    springls__field_sample(&rule->velocity, model->force.velocity, x, v);\n",
+    "    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);\n",
+    "}\n",
+    "\n",
+    "/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)\n",
+    "{\n",
+    "    float rho;\n",
+    "    if (rule->pressure.channels != 0) {\n",
+    "        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);\n",
+    "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
+    "    }\n",
+    "    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
+    "    return out;\n",
+    "}\n",
+    "\n",
+    "/* The points of a springl that move: its particle, and its vertices. */\n",
+    "#define SPRINGLS__MOVERS 4\n",
+    "\n",
+    "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
+    "\n",
+    "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
+    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)\n",
+    "{\n",
+    "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
+    "    springls__movers slope;\n",
+    "    int m;\n",
+    "    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);\n",
+    "    if (!model->params.vertex_velocity) {\n",
+    "        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
+    "        return slope;\n",
+    "    }\n",
+    "    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);\n",
+    "    return slope;\n",
+    "}\n",
+    "\n",
+    "/* x + s k, for all. */\n",
+    "SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)\n",
+    "{\n",
+    "    int m;\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);\n",
+    "    return at;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)\n",
+    "{\n",
+    "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
+    "    int m;\n",
+    "    if (rule->euler) {\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);\n",
+    "        return k1;\n",
+    "    }\n",
+    "    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);\n",
+    "    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);\n",
+    "    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);\n",
+    "    return k1;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:\n",
+    "   whether it moves. */\n",
+    "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__force_rule rule = *model->force.rule;\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    springls__movers at, d;\n",
+    "    float d2;\n",
+    "    int m, finite = 1;\n",
+    "    (void)job;\n",
+    "    at.x[0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
+    "    d = springls__displacement_of(model, &rule, at);\n",
+    "    if (rule.stop_at_topology\n",
+    "        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),\n",
+    "                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],\n",
+    "                                      springls__springl_normal(s)))\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;\n",
+    "    d2 = springls__length2(d.x[0]);\n",
+    "    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;\n",
+    "    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;\n",
+    "}\n",
+    "\n",
+    "/* Moves springl i by its displacements in SCRATCH0. */\n",
+    "SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];\n",
+    "    springls__springl s = model->set.s[i];\n",
+    "    int m;\n",
+    "    (void)job;\n",
+    "    s.p = springls__add(s.p, d.x[0]);\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
+    "    model->set.s[i] = springls__springl_finished(s);\n",
+    "}\n",
+    "#line 2225 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12288,7 +12694,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2198 \"springls.h\"\n",
+    "#line 2390 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12314,7 +12720,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2225 \"springls.h\"\n",
+    "#line 2417 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12383,7 +12789,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2295 \"springls.h\"\n",
+    "#line 2487 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -12434,7 +12840,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2347 \"springls.h\"\n",
+    "#line 2539 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -12608,7 +13014,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2522 \"springls.h\"\n",
+    "#line 2714 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -12729,7 +13135,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2644 \"springls.h\"\n",
+    "#line 2836 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -12862,7 +13268,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2778 \"springls.h\"\n",
+    "#line 2970 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13267,7 +13673,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3184 \"springls.h\"\n",
+    "#line 3376 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13361,7 +13767,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3279 \"springls.h\"\n",
+    "#line 3471 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -13460,7 +13866,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3379 \"springls.h\"\n",
+    "#line 3571 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -13641,7 +14047,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3561 \"springls.h\"\n",
+    "#line 3753 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -13700,7 +14106,7 @@ static const char *const springls__kernel_lines[] = {
     "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
     "            }\n",
     "}\n",
-    "#line 3621 \"springls.h\"\n",
+    "#line 3813 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -13795,7 +14201,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3717 \"springls.h\"\n",
+    "#line 3909 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -13916,7 +14322,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 3839 \"springls.h\"\n",
+    "#line 4031 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14192,7 +14598,7 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "}\n",
-    "#line 4116 \"springls.h\"\n",
+    "#line 4308 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -14370,7 +14776,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4295 \"springls.h\"\n",
+    "#line 4487 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14495,7 +14901,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4421 \"springls.h\"\n",
+    "#line 4613 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14590,7 +14996,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4517 \"springls.h\"\n",
+    "#line 4709 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -14765,7 +15171,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 4693 \"springls.h\"\n",
+    "#line 4885 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15005,7 +15411,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4934 \"springls.h\"\n",
+    "#line 5126 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15036,7 +15442,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4966 \"springls.h\"\n",
+    "#line 5158 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15243,7 +15649,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5174 \"springls.h\"\n",
+    "#line 5366 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -15351,7 +15757,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5283 \"springls.h\"\n",
+    "#line 5475 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -15487,13 +15893,15 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5420 \"springls.h\"\n",
+    "#line 5612 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
     "\n",
     "/* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */\n",
     "#define SPRINGLS__KERNELS(X)                                                                          \\\n",
+    "    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \\\n",
+    "    X(move, 512, SPRINGLS__BIT(S))                                                                    \\\n",
     "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \\\n",
     "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \\\n",
     "    X(orient, 256, SPRINGLS__BIT(S))                                                                \\\n",
@@ -15559,7 +15967,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 15563 \"springls.h\"\n",
+    "#line 15971 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -15973,7 +16381,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 15977 \"springls.h\"\n",
+    "#line 16385 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16166,7 +16574,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16170 \"springls.h\"\n",
+    "#line 16578 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

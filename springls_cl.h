@@ -34,6 +34,10 @@ typedef struct springls_cl_desc {
     void *device;             /* cl_device_id in that context; NULL: its first                                   */
     void *queue;              /* cl_command_queue of the caller, in order, retained; NULL: a new one             */
     const char *library;      /* file name of the OpenCL library; NULL: the system's                             */
+    springls_velocity_fn velocity; /* a force callback ... */
+    const char *velocity_source;   /* ... and the same in OpenCL C, which is run instead of it on the device:
+                                      float3 springls_velocity(float3 x, float time, __global const float *user) */
+    size_t velocity_user_bytes;    /* of springls_forces.user, which it may read: sent in every step            */
     springls_logger logger;   /* what is picked, why there is none, and the build log with lines of springls.h   */
 } springls_cl_desc;
 
@@ -228,6 +232,15 @@ SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, spring
     cl->counts.uploads++;
     cl->counts.bytes_up += bytes;
     return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, memory, CL_TRUE, 0, bytes, buffer->data, 0, NULL, NULL), "upload");
+}
+
+SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    if (buffer->device_bytes < bytes) SPRINGLS__TRY(springls__cl_resize(ctx, buffer, bytes, 0));
+    cl->counts.uploads++;
+    cl->counts.bytes_up += bytes;
+    return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, (cl_mem)buffer->device, CL_TRUE, 0, bytes, data, 0, NULL, NULL), "upload");
 }
 
 SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx, springls__job job, cl_int count, cl_int grain)
@@ -581,16 +594,18 @@ SPRINGLS__FN cl_kernel springls__cl_kernel(const springls__cl *cl, const char *n
     return cl->CreateKernel(cl->program, entry, error);
 }
 
-SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl)
+SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_source)
 {
     const char *const *lines;
     const char **text;
     int count, kernel;
     cl_int error = CL_SUCCESS;
     springls_kernel_source(&lines, &count);
-    text = (const char **)malloc((size_t)count * sizeof *text);
+    text = (const char **)malloc(((size_t)count + 2) * sizeof *text);
     if (!text) return CL_OUT_OF_HOST_MEMORY;
     memcpy(text, lines, (size_t)count * sizeof *text);
+    text[count++] = "#line 1 \"velocity_source\"\n";
+    text[count++] = velocity_source ? velocity_source : "float3 springls_velocity(float3 x, float t, __global const float *u) { return x; }\n";
     cl->program = cl->CreateProgramWithSource(cl->context, (cl_uint)count, text, NULL, &error);
     free(text);
     if (error != CL_SUCCESS) return error;
@@ -625,7 +640,7 @@ SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc 
     } else {
         cl->queue = cl->CreateCommandQueue(cl->context, cl->device, 0, &error);
     }
-    return error == CL_SUCCESS ? springls__cl_build(cl) : error;
+    return error == CL_SUCCESS ? springls__cl_build(cl, desc->velocity ? desc->velocity_source : NULL) : error;
 }
 
 SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
@@ -658,6 +673,9 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.resize = springls__cl_resize;
     cl->base.release = springls__cl_release;
     cl->base.transfer = springls__cl_transfer;
+    cl->base.upload = springls__cl_upload;
+    cl->base.user_velocity = desc->velocity;
+    cl->base.user_bytes = desc->velocity ? desc->velocity_user_bytes : 0;
     cl->base.run = springls__cl_run;
     cl->base.count_of = springls__cl_count_of;
     cl->base.largest = springls__cl_largest;

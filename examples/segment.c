@@ -9,7 +9,7 @@
  * in the image's resolution, blurred where the grid is coarser. A starting shape runs on coarser grids first: there the
  * way to the object is short. All places and lengths are millimetres in the image's RAS+ axes. */
 #define SPRINGLS_IMPLEMENTATION
-#include "springls.h"
+#include "springls_cl.h"
 
 #include "common/run_options.h"
 #include "common/segment.h"

@@ -30,3 +30,168 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
 }
+
+/* A sampled field: from the model's voxels to its own samples. */
+typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
+
+SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)
+{
+    const float *m = field->from_voxel;
+    float f[3], corner[8];
+    int i[3], axis, channel, c;
+    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];
+    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];
+    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];
+    for (axis = 0; axis < 3; axis++) {
+        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));
+        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);
+        f[axis] -= (float)i[axis];
+    }
+    for (channel = 0; channel < field->channels; channel++) {
+        for (c = 0; c < 8; c++) {
+            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
+            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
+            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
+            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
+        }
+        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
+    }
+}
+
+/* Mean curvature of phi at x: the Laplacian of a distance. */
+SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
+{
+    float c = springls__grid_sample(g, g->phi, x);
+    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
+              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
+              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
+    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
+}
+
+/* What moves springls (eq. 1), where no callback has a part in it. */
+#define SPRINGLS__FLOW_NONE 0
+#define SPRINGLS__FLOW_DEFORMATION 1
+#define SPRINGLS__FLOW_ROTATION 2
+#define SPRINGLS__FLOW_USER 3
+
+typedef struct springls__force_rule {
+    springls__field pressure, velocity; /* channels 0: none */
+    float pressure_weight, velocity_weight, curvature_weight;
+    int flow;
+    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
+    float dt, stage_time[4]; /* of the Runge-Kutta stages */
+    int euler, stop_at_topology, pad[1];
+} springls__force_rule;
+
+SPRINGLS__USER_VELOCITY
+
+/* sigma of eq. 1. */
+SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)
+{
+    const float *n = rule->flow_numbers;
+    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
+    float v[3];
+    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = springls__deformation_velocity(x, n[0], n[1], time);
+    if (rule->flow == SPRINGLS__FLOW_ROTATION)
+        out = springls__rotation_velocity(x, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
+    if (rule->flow == SPRINGLS__FLOW_USER) out = springls__user_velocity(x, time, model->force.user);
+    if (rule->flow != SPRINGLS__FLOW_NONE) out = springls__scale(out, rule->velocity_weight);
+    if (rule->velocity.channels == 0) return out;
+    springls__field_sample(&rule->velocity, model->force.velocity, x, v);
+    return springls__mad(out, springls__v3_make(v[0], v[1], v[2]), rule->velocity_weight);
+}
+
+/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
+SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)
+{
+    float rho;
+    if (rule->pressure.channels != 0) {
+        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
+        out = springls__mad(out, n, rule->pressure_weight * rho);
+    }
+    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+    return out;
+}
+
+/* The points of a springl that move: its particle, and its vertices. */
+#define SPRINGLS__MOVERS 4
+
+typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
+
+/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
+SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)
+{
+    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
+    springls__movers slope;
+    int m;
+    slope.x[0] = springls__flow_at(model, rule, at.x[0], time);
+    if (!model->params.vertex_velocity) {
+        slope.x[0] = springls__pushed(model, rule, at.x[0], n, slope.x[0]);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
+        return slope;
+    }
+    push = springls__pushed(model, rule, at.x[0], n, springls__v3_make(0.0f, 0.0f, 0.0f));
+    for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__flow_at(model, rule, at.x[m], time);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = springls__add(slope.x[m], push);
+    return slope;
+}
+
+/* x + s k, for all. */
+SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springls__movers slope, float s)
+{
+    int m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++) at.x[m] = springls__mad(at.x[m], slope.x[m], s);
+    return at;
+}
+
+SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)
+{
+    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
+    int m;
+    if (rule->euler) {
+        for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__scale(k1.x[m], rule->dt);
+        return k1;
+    }
+    k2 = springls__slopes_of(model, rule, springls__moved_by(at, k1, 0.5f * rule->dt), rule->stage_time[1]);
+    k3 = springls__slopes_of(model, rule, springls__moved_by(at, k2, 0.5f * rule->dt), rule->stage_time[2]);
+    k4 = springls__slopes_of(model, rule, springls__moved_by(at, k3, rule->dt), rule->stage_time[3]);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) k1.x[m] = springls__rk4(k1.x[m], k2.x[m], k3.x[m], k4.x[m], rule->dt);
+    return k1;
+}
+
+/* To SCRATCH0: the displacements of springl i; to SCRATCH1: its particle's, squared, FLT_MAX when a point's is not finite; to SCRATCH2:
+   whether it moves. */
+SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__job job, int i)
+{
+    springls__force_rule rule = *model->force.rule;
+    springls__springl s = model->set.s[i];
+    springls__movers at, d;
+    float d2;
+    int m, finite = 1;
+    (void)job;
+    at.x[0] = s.p;
+    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
+    d = springls__displacement_of(model, &rule, at);
+    if (rule.stop_at_topology
+        && springls__held_by_topology(springls__grid_sample(&model->grid, model->grid.phi, s.p),
+                                      springls__grid_sample(&model->grid, model->grid.phi, springls__add(s.p, d.x[0])), d.x[0],
+                                      springls__springl_normal(s)))
+        for (m = 0; m < SPRINGLS__MOVERS; m++) d.x[m] = springls__v3_make(0.0f, 0.0f, 0.0f);
+    for (m = 0; m < SPRINGLS__MOVERS; m++) finite = finite && springls__length2(d.x[m]) < 1e18f;
+    d2 = springls__length2(d.x[0]);
+    ((SPRINGLS__GLOBAL springls__movers *)model->scratch[0])[i] = d;
+    ((SPRINGLS__GLOBAL float *)model->scratch[1])[i] = finite ? d2 : FLT_MAX;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = d2 > 1e-4f ? 1 : 0;
+}
+
+/* Moves springl i by its displacements in SCRATCH0. */
+SPRINGLS__MATHS void springls__move_element(const springls__model *model, springls__job job, int i)
+{
+    springls__movers d = ((SPRINGLS__GLOBAL const springls__movers *)model->scratch[0])[i];
+    springls__springl s = model->set.s[i];
+    int m;
+    (void)job;
+    s.p = springls__add(s.p, d.x[0]);
+    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);
+    model->set.s[i] = springls__springl_finished(s);
+}

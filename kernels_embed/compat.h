@@ -8,6 +8,14 @@
   #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
+  /* springls_cl_desc.velocity_source, as advect.h calls it. */
+  #define SPRINGLS__USER_VELOCITY                                                                                         \
+      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
+      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
+      {                                                                                                                   \
+          float3 v = springls_velocity((float3)(x.x, x.y, x.z), time, user);                                              \
+          return springls__v3_make(v.x, v.y, v.z);                                                                        \
+      }
   typedef uchar uint8_t;
   typedef int int32_t;
   typedef uint uint32_t;
@@ -25,6 +33,14 @@
     #define SPRINGLS__MATHS static inline
   #endif
   #define SPRINGLS__GLOBAL
+  /* Never called: on the host it is a callback. */
+  #define SPRINGLS__USER_VELOCITY                                                                                         \
+      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
+      {                                                                                                                   \
+          (void)time;                                                                                                     \
+          (void)user;                                                                                                     \
+          return x;                                                                                                       \
+      }
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)

@@ -4,6 +4,8 @@
 
 /* Name, elements worth a task, arrays that it writes. Besides it reads what it likes of the model. */
 #define SPRINGLS__KERNELS(X)                                                                          \
+    X(displace, 128, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))     \
+    X(move, 512, SPRINGLS__BIT(S))                                                                    \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                           \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                      \
     X(orient, 256, SPRINGLS__BIT(S))                                                                \

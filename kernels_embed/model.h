@@ -59,6 +59,13 @@ typedef struct springls__cells {
     int large_count;
 } springls__cells;
 
+/* Forces that kernels can take by themselves (advect.h). */
+struct springls__force_rule;
+typedef struct springls__forces_here {
+    SPRINGLS__GLOBAL struct springls__force_rule *rule;
+    SPRINGLS__GLOBAL float *pressure, *velocity, *user;
+} springls__forces_here;
+
 #define SPRINGLS__SCRATCHES 8
 
 typedef struct springls__model {
@@ -68,6 +75,7 @@ typedef struct springls__model {
     springls__cells cells;
     SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
     SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
+    springls__forces_here force;        /* what moves it, where no callback does                                */
     SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
     SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
     SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
@@ -91,6 +99,8 @@ typedef struct springls__model {
     X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
     X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
     X(SCRATCH6, uint8_t, 1, scratch[6]) X(SCRATCH7, uint8_t, 1, scratch[7])                                                       \
+    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \
+    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \
     X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
     X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
 

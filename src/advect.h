@@ -1,12 +1,5 @@
 /* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
 
-/* A sampled field ready for use: from the model's voxels to its own samples. */
-typedef struct springls__field {
-    const float *data;
-    float from_voxel[12];
-    int size[3], channels;
-} springls__field;
-
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
 {
@@ -14,7 +7,6 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     int axis, column, k;
     memset(field, 0, sizeof *field);
     if (!given->data) return SPRINGLS_OK;
-    field->data = given->data;
     field->channels = channels;
     if (given->grid.size[0] == 0 && given->grid.size[1] == 0 && given->grid.size[2] == 0) { /* the model's own */
         for (axis = 0; axis < 3; axis++) {
@@ -36,56 +28,19 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN void springls__field_sample(const springls__field *field, springls__v3 x, float *out)
-{
-    const float *m = field->from_voxel;
-    float f[3], corner[8];
-    int i[3], axis, channel, c;
-    f[0] = m[0] * x.x + m[1] * x.y + m[2] * x.z + m[3];
-    f[1] = m[4] * x.x + m[5] * x.y + m[6] * x.z + m[7];
-    f[2] = m[8] * x.x + m[9] * x.y + m[10] * x.z + m[11];
-    for (axis = 0; axis < 3; axis++) {
-        f[axis] = springls__clamp(f[axis], 0.0f, (float)(field->size[axis] - 1));
-        i[axis] = springls__imax(springls__imin((int)f[axis], field->size[axis] - 2), 0);
-        f[axis] -= (float)i[axis];
-    }
-    for (channel = 0; channel < field->channels; channel++) {
-        for (c = 0; c < 8; c++) {
-            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
-            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
-            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
-            corner[c] = field->data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
-        }
-        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
-    }
-}
-
-/* The points of a springl that move: its particle, and its vertices. */
-enum { SPRINGLS__MOVERS = 4, SPRINGLS__ADVECT_BLOCK = 128 };
+enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
 
 typedef struct springls__advect_job {
     springls_context *ctx;
     const springls_forces *forces;
-    springls__field pressure, velocity;
-    float pressure_weight, velocity_weight, affine_weight;
-    float dt, stage_time[4]; /* of the Runge-Kutta stages */
-    bool stop_at_topology;
-    springls__v3 *displacement; /* MOVERS a springl */
+    springls__force_rule rule;
+    float affine_weight;
+    springls__movers *displacement;
     struct springls__block_motion *motion; /* one a block */
 } springls__advect_job;
 
 /* What a block's displacements come to. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
-
-/* Mean curvature of phi at x: the Laplacian of a distance. */
-SPRINGLS__FN float springls__curvature_at(const springls__grid *g, springls__v3 x)
-{
-    float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
-    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
-}
 
 /* sigma of eq. 1 at points[0..count). */
 SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time, springls__v3 *out)
@@ -97,12 +52,12 @@ SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls
     if (forces->velocity) {
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->velocity_weight);
+            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->rule.velocity_weight);
     }
-    if (!job->velocity.data) return;
+    if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
-        springls__field_sample(&job->velocity, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->velocity_weight);
+        springls__field_sample(&job->rule.velocity, forces->velocity_grid.data, points[i], buffer);
+        out[i] = springls__mad(out[i], springls__v3_make(buffer[0], buffer[1], buffer[2]), job->rule.velocity_weight);
     }
 }
 
@@ -115,12 +70,12 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
     int i;
     if (forces->pressure) {
         forces->pressure(forces->user, &points[0].x, &normals[0].x, count, time, buffer);
-        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[i]);
+        for (i = 0; i < count; i++) out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[i]);
     }
-    if (job->pressure.data) {
+    if (forces->pressure_grid.data) {
         for (i = 0; i < count; i++) {
-            springls__field_sample(&job->pressure, points[i], buffer);
-            out[i] = springls__mad(out[i], normals[i], job->pressure_weight * buffer[0]);
+            springls__field_sample(&job->rule.pressure, forces->pressure_grid.data, points[i], buffer);
+            out[i] = springls__mad(out[i], normals[i], job->rule.pressure_weight * buffer[0]);
         }
     }
     if (forces->curvature_weight != 0.0f) {
@@ -163,17 +118,17 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         }
 }
 
-SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__v3 *displacement, int count)
+SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__movers *displacement, int count)
 {
     springls__block_motion motion;
-    int i;
+    int i, m;
     motion.largest2 = 0.0f;
     motion.moving = 0;
     motion.finite = 1;
-    for (i = 0; i < SPRINGLS__MOVERS * count; i++) {
-        float d2 = springls__length2(displacement[i]);
-        if (!(d2 < 1e18f)) motion.finite = 0;
-        if (i % SPRINGLS__MOVERS) continue;
+    for (i = 0; i < count; i++) {
+        float d2 = springls__length2(displacement[i].x[0]);
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            if (!(springls__length2(displacement[i].x[m]) < 1e18f)) motion.finite = 0;
         motion.largest2 = springls__max(motion.largest2, d2);
         motion.moving += d2 > 1e-4f;
     }
@@ -192,27 +147,27 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         x[i] = s[i].p;
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
-    springls__slopes(job, x, a, count, job->stage_time[0], k1);
+    springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
     if (job->forces->integrator == SPRINGLS_EULER) {
-        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->dt);
+        for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
     } else {
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[1], k2);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[2], k3);
-        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->dt);
-        springls__slopes(job, stage, a, count, job->stage_time[3], k4);
-        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->dt);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[1], k2);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k2[i], 0.5f * job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[2], k3);
+        for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k3[i], job->rule.dt);
+        springls__slopes(job, stage, a, count, job->rule.stage_time[3], k4);
+        for (i = 0; i < n; i++) k1[i] = springls__rk4(k1[i], k2[i], k3[i], k4[i], job->rule.dt);
     }
     for (i = 0; i < count; i++) {
-        springls__v3 *d = job->displacement + (size_t)(first + i) * SPRINGLS__MOVERS;
+        springls__v3 *d = job->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
-        if (job->stop_at_topology
+        if (job->rule.stop_at_topology
             && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
                                           d[0], springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + (size_t)first * SPRINGLS__MOVERS, count);
+    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
@@ -236,30 +191,18 @@ SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, con
     if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     job->ctx = ctx;
     job->forces = forces;
-    job->pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
-    job->velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
+    job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->dt = dt;
-    job->stage_time[0] = time;
-    job->stage_time[1] = job->stage_time[2] = time + 0.5f * spread;
-    job->stage_time[3] = time + spread;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->pressure));
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->velocity));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
-    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, SPRINGLS__MOVERS * sizeof(springls__v3), (void **)&job->displacement);
-}
-
-SPRINGLS__FN void springls__move_task(void *arg, int begin, int end)
-{
-    const springls__advect_job *job = (const springls__advect_job *)arg;
-    int m;
-    for (; begin < end; begin++) {
-        springls__springl *s = &job->ctx->model.set.s[begin];
-        const springls__v3 *d = job->displacement + (size_t)begin * SPRINGLS__MOVERS;
-        s->p = springls__add(s->p, d[0]);
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], d[m + 1]);
-        *s = springls__springl_finished(*s);
-    }
+    job->rule.dt = dt;
+    job->rule.stage_time[0] = time;
+    job->rule.stage_time[1] = job->rule.stage_time[2] = time + 0.5f * spread;
+    job->rule.stage_time[3] = time + spread;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity));
+    job->rule.euler = forces->integrator == SPRINGLS_EULER;
+    job->rule.curvature_weight = forces->curvature_weight;
+    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement);
 }
 
 /* The largest particle displacement, or a negative number when any point's is not finite. */
@@ -276,6 +219,81 @@ SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *jo
     return springls__sqrt(largest2);
 }
 
+/* Displacements by the host's threads, which callbacks want. */
+SPRINGLS__FN springls_status springls__displace_here(springls__advect_job *job, float *moved, int *moving)
+{
+    springls_context *ctx = job->ctx;
+    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
+    *moved = springls__largest_displacement(job, moving);
+    return SPRINGLS_OK;
+}
+
+/* Can the device take these forces by itself? */
+SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
+{
+    const springls_forces *forces = job->forces;
+    float *n = job->rule.flow_numbers;
+    if (forces->pressure || forces->affine) return false;
+    job->rule.flow = SPRINGLS__FLOW_NONE;
+    if (forces->velocity == springls_velocity_deformation) {
+        const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
+        job->rule.flow = SPRINGLS__FLOW_DEFORMATION;
+        n[0] = flow->grid_size;
+        n[1] = flow->period;
+    } else if (forces->velocity == springls_velocity_rotation) {
+        const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
+        springls__v3 axis = springls__normalize(springls__load3(flow->axis));
+        job->rule.flow = SPRINGLS__FLOW_ROTATION;
+        memcpy(n, flow->center, 3 * sizeof *n);
+        n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
+        n[6] = flow->angular_velocity;
+    } else if (forces->velocity) {
+        if (!job->ctx->backend->user_velocity || forces->velocity != job->ctx->backend->user_velocity) return false;
+        job->rule.flow = SPRINGLS__FLOW_USER;
+    }
+    return true;
+}
+
+/* A sampled field goes to the device once as long as its version stays. */
+SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array, const springls_sampled_field *given,
+                                                       const springls__field *field)
+{
+    springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
+    size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
+    if (!given->data) return SPRINGLS_OK;
+    if (given->version && given->version == last->version && given->data == last->data) return SPRINGLS_OK;
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
+    *last = *given;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job, float *moved, int *moving)
+{
+    springls_context *ctx = job->ctx;
+    int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces->pressure_grid, &job->rule.pressure));
+    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces->velocity_grid, &job->rule.velocity));
+    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
+    if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+        SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
+    springls__run(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job());
+    *moved = springls__sqrt(springls__largest(ctx, 1, count));
+    *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    if (!(*moved < 1e9f)) *moved = -1.0f;
+    return ctx->backend_status;
+}
+
+SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
+{
+    if (job->ctx->on_device && springls__device_knows(job)) return springls__displace_there(job, moved, moving);
+    return springls__displace_here(job, moved, moving);
+}
+
 /* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
    *moved: how far the fastest one goes. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology,
@@ -283,15 +301,13 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
 {
     springls__advect_job job;
     int moving;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__use_device(ctx);
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
-    job.stop_at_topology = stop_at_topology;
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
-    *moved = springls__largest_displacement(&job, &moving);
+    job.rule.stop_at_topology = stop_at_topology;
+    SPRINGLS__TRY(springls__displace(&job, moved, &moving));
     if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S)));
-    springls__parallel(ctx, ctx->model.set.count, 512, springls__move_task, &job);
+    springls__run(ctx, SPRINGLS__KERNEL_move, ctx->model.set.count, springls__no_job());
     ctx->stats.moved = *moved;
     ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
     springls__constellation_moved(ctx);
@@ -306,7 +322,7 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
+    status = springls__told(ctx, springls__advect(ctx, forces, time, dt, false, 0.0f, &moved));
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     return status;
 }
@@ -322,10 +338,9 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     euler = *forces;
     euler.integrator = SPRINGLS_EULER;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__use_device(ctx);
     SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, &job);
-    *speed = springls__largest_displacement(&job, &moving);
+    SPRINGLS__TRY(springls__told(ctx, springls__displace(&job, speed, &moving)));
     if (*speed < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
     return SPRINGLS_OK;
 }

@@ -243,6 +243,7 @@ typedef void (*springls_affine_fn)(void *user, const float *points, const float 
 typedef struct springls_sampled_field {
     const float *data;
     springls_grid_desc grid;
+    unsigned version; /* with a backend: while it and data stay the same, and it is not 0, the samples are not sent again */
 } springls_sampled_field;
 
 typedef enum springls_integrator { SPRINGLS_RK4, SPRINGLS_EULER } springls_integrator;

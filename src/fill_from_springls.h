@@ -3,7 +3,7 @@
 
 SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 {
-    int count = ctx->model.set.count, wanted, room;
+    int count = ctx->model.set.count, wanted = 0, room;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));

@@ -4,7 +4,7 @@
 SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
 {
     springls__job job = springls__no_job();
-    int bricks, wanted, room;
+    int bricks, wanted = 0, room;
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));

@@ -62,6 +62,10 @@ struct springls_backend {
     void (*release)(springls_context *ctx, springls__buffer *buffer);
     /* The first `bytes` of a buffer from the device to the host, or back; what is on its way has arrived. */
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
+    /* Device memory of a buffer gets these bytes. */
+    springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
+    springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
+    size_t user_bytes;
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
     /* Collectives: what the function of the same name (springls__...) does on the host. */
     springls_status (*count_of)(springls_context *ctx, int array, int count, uint8_t value, int *found);
@@ -90,6 +94,7 @@ struct springls_context {
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* of its first failure, which the stage that runs has not told yet         */
+    springls_sampled_field on_device_field[2]; /* what the device has: pressure and velocity                     */
     bool on_device;         /* kernels run on the backend: a stage is at work, and not an input or a query       */
     springls_stats stats;
     double time;

@@ -2,7 +2,7 @@
 
 SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
-    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted, splits;
+    int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0, splits;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(uint32_t), NULL));
     springls__run(ctx, SPRINGLS__KERNEL_overgrown, count, springls__no_job());
     SPRINGLS__TRY(springls__scan(ctx, 1, count, &wanted));

@@ -1,8 +1,6 @@
 /* shapes.h - ready-made implicit functions for springls_set_implicit: exact signed distances, negative inside.
    The one exception is the inside of merged spheres near a point that three of them share: there it is a lower bound. */
 
-SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
-
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out)
 {
     const springls_sphere *s = (const springls_sphere *)sphere;

@@ -89,6 +89,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
         if (status != SPRINGLS_OK || longest == 0.0f || *moved <= longest) break;
         *dt *= springls__max(0.95f * longest / *moved, 0.1f);
     }
+    status = springls__told(ctx, status);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
     if (status != SPRINGLS_OK) return status;
     ctx->time += (double)*dt;

@@ -1,5 +1,7 @@
 /* transform.h - between the voxels of a grid and the world. */
 
+SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
+
 /* The 3x4 matrices of a grid and their inverse; false when a size, spacing or direction makes none. */
 SPRINGLS__FN bool springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {

@@ -367,10 +367,15 @@ FIXTURE int fixture_add(springls_context *ctx, springls__v3 q0, springls__v3 q1,
 }
 
 /* Drops the springls with keep[i] == 0. */
-FIXTURE void fixture_keep(springls_context *ctx, const uint8_t *keep)
+FIXTURE springls_status fixture_keep(springls_context *ctx, const uint8_t *keep)
 {
-    springls__constellation_compact(ctx, keep);
+    void *copy;
+    springls_status status = springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, &copy);
+    if (status != SPRINGLS_OK) return status;
+    memcpy(copy, keep, (size_t)ctx->model.set.count);
+    status = springls__constellation_compact(ctx);
     springls__constellation_changed(ctx);
+    return status;
 }
 
 /* `count` triangles of edge about `size` with their particle in them, anywhere in [low, high]^3. */

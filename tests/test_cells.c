@@ -31,7 +31,7 @@ TEST walks_miss_nothing(int huge)
     for (round = 0; round < 300; round++) {
         springls__v3 x = fixture_point(-4.0f, 27.0f);
         float radius = fixture_between(0.05f, 3.0f);
-        springls__cell_walk walk = springls__cell_walk_around(ctx, x, x, radius);
+        springls__cell_walk walk = springls__cell_walk_around(&ctx->model, x, x, radius);
         unsigned char *met = (unsigned char *)calloc((size_t)count, 1);
         while ((i = springls__cell_walk_next(&walk)) >= 0) {
             ASSERT_LT(i, count);
@@ -92,7 +92,7 @@ TEST neighbors_are_the_nearest(int huge, int most, int same_side)
     near = (found *)malloc((size_t)count * sizeof *near);
     ASSERT_OK(springls__neighbors_build(ctx));
     for (i = 0; i < count; i++) {
-        const int *row = (const int *)ctx->neighbors.data + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+        const int *row = ctx->model.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
         for (m = 0; m < 3; m++) {
             const int *codes = row + SPRINGLS__MAX_NEIGHBORS * m;
             d3 q = d3_of(all[i].q[m]);
@@ -145,7 +145,7 @@ TEST ties_go_by_number(void)
             fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.25f), springls__v3_make(8.0f, 7.0f, 8.25f), springls__v3_make(7.0f, 8.0f, 8.25f));
         fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.0f), springls__v3_make(8.0f, 7.0f, 8.0f), springls__v3_make(7.0f, 8.0f, 8.0f));
         ASSERT_OK(springls__neighbors_build(ctx));
-        row = (const int *)ctx->neighbors.data + 6 * SPRINGLS__NEIGHBOR_ROW;
+        row = ctx->model.neighbors + 6 * SPRINGLS__NEIGHBOR_ROW;
         for (i = 0; i < (most == 1 ? 1 : 6); i++) ASSERT_EQ(i, row[i] / 3);
         ASSERT_EQ(-1, row[most == 1 ? 1 : 6]);
         springls_destroy(ctx);
@@ -163,7 +163,7 @@ TEST cells_are_ordered(void)
     ASSERT_OK(springls__cells_build(ctx));
     for (x = 0; x < 12 * 12 * 12; x++) {
         springls__v3 middle = springls__v3_make((float)(2 * (x % 12) + 1), (float)(2 * (x / 12 % 12) + 1), (float)(2 * (x / 144) + 1));
-        springls__cell_walk walk = springls__cell_walk_begin(ctx, middle, middle);
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, middle, middle);
         before = -1;
         while ((i = springls__cell_walk_next(&walk)) >= 0) {
             springls__v3 p = fixture_particle(ctx, i);
@@ -193,7 +193,7 @@ TEST bricks_come_and_go(void)
         for (n = 0; n < 40; n++) list[n] = (int)(fixture_bits() % 125u); /* repetitions and present ones among them */
         n = (int)(fixture_bits() % 41u);
         for (i = 0; i < n; i++) present[list[i]] = 1;
-        ASSERT_OK(springls__grid_add_bricks(ctx, g, list, n));
+        ASSERT_OK(springls__grid_add_bricks(ctx, list, n));
         for (i = 0; i < g->active_count; i++) {
             float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
             int brick = g->slot_brick[g->active[i]], v;
@@ -229,7 +229,7 @@ TEST sampling_crosses_bricks(void)
     springls__grid *g = &ctx->model.grid;
     int list[27], i, v;
     for (i = 0; i < 27; i++) list[i] = i;
-    ASSERT_OK(springls__grid_add_bricks(ctx, g, list, 27));
+    ASSERT_OK(springls__grid_add_bricks(ctx, list, 27));
     for (i = 0; i < g->active_count; i++) {
         int o[3];
         springls__slot_origin(g, g->active[i], o);

@@ -6,9 +6,7 @@
 #include <string.h>
 
 #include "greatest.h"
-#include "../kernels_embed/compat.h"
-#include "../kernels_embed/vector.h"
-#include "../kernels_embed/marching_cubes.h"
+#include "springls_under_test.h"
 
 /* ---- the derivation: nothing below uses the table ---- */
 

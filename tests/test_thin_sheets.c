@@ -193,7 +193,7 @@ static springls_context *empty_level_set(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 4.0f, 4.0f, 4.0f, 3.0f);
     fixture_clear(ctx);
-    springls__grid_clear(ctx, &ctx->model.grid, false);
+    springls__grid_clear(ctx, &ctx->model.grid);
     return ctx;
 }
 

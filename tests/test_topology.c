@@ -3,8 +3,7 @@
 #include <string.h>
 
 #include "greatest.h"
-#include "../kernels_embed/compat.h"
-#include "../kernels_embed/topology.h"
+#include "springls_under_test.h"
 
 static uint32_t random_state = 1u;
 static uint32_t random_bits(void)

@@ -177,7 +177,7 @@ TEST zero_level_is_on_the_springls(int which, int shape, int euler, int componen
 TEST phi_before_does_not_matter(int which)
 {
     springls_context *one = make(which, TORUS, 0), *two = make(which, TORUS, 0);
-    springls__grid *g = &two->grid;
+    springls__grid *g = &two->model.grid;
     float *a, *b;
     int i;
     for (i = 0; i < g->slot_count * SPRINGLS__BRICK_VOXELS; i++) g->phi[i] = i >= 2 * SPRINGLS__BRICK_VOXELS && i % 7 == 0 ? -1.0f : g->phi[i];

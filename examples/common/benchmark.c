@@ -15,6 +15,7 @@ struct run {
     const struct benchmark *benchmark;
     const struct benchmark_options *options;
     struct benchmark_result result;
+    springls_backend *backend;
     springls_context *ctx;
     springls_measures start;
     FILE *series;
@@ -66,6 +67,8 @@ static int make_model(struct run *run)
     memset(&desc, 0, sizeof desc);
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = b->grid;
     desc.params = &params;
+    desc.backend = run->backend = run_backend(b->name, &run->options->common);
+    snprintf(run->result.backend, sizeof run->result.backend, "%s", run_backend_name(run->backend));
     const int created = run_create(b->name, &desc, &run->ctx);
     if (created != CLI_GO_ON) {
         return created;
@@ -286,5 +289,6 @@ int benchmark_main(const struct benchmark *benchmark, const struct benchmark_opt
         status = cli_fail(benchmark->name, CLI_EXIT_FAILURE, "cannot write %s", options->series);
     }
     springls_destroy(run.ctx);
+    springls_cl_destroy(run.backend);
     return status;
 }

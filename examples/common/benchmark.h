@@ -65,6 +65,7 @@ struct benchmark_result {
     double seconds_total, seconds_stage[SPRINGLS_STAGE_COUNT];
     size_t model_bytes;
     uint64_t state_hash;
+    char backend[256]; /* "scalar", or the device's name */
     springls_stats stats;
 };
 

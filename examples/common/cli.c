@@ -10,11 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define COMMON_COUNT 6
+#define COMMON_COUNT 7
 
 struct cli_common cli_common_defaults(void)
 {
-    struct cli_common common = {0, "default", 0, NULL, NULL, false};
+    struct cli_common common = {0, "default", "scalar", 0, NULL, NULL, false};
     return common;
 }
 
@@ -29,6 +29,7 @@ static int common_options(const struct cli_program *program, struct cli_option o
         {"grid", CLI_INT, &c->grid, "N", "grid cells along the longest side (0: the program's choice)", 0.0, 4096.0,
          NULL},
         {"params", CLI_CHOICE, &c->params, NULL, "parameter set", 0.0, 0.0, "paper|default"},
+        {"backend", CLI_CHOICE, &c->backend, NULL, "where the stages run; without OpenCL: scalar", 0.0, 0.0, "scalar|opencl"},
         {"threads", CLI_INT, &c->threads, "K", "threads (0: all of the machine)", 0.0, 1024.0, NULL},
         {"json", CLI_STRING, &c->json, "FILE", "write the results as JSON; - is standard output", 0.0, 0.0, NULL},
         {"out", CLI_STRING, &c->out, "DIR", "write pictures and meshes into this folder", 0.0, 0.0, NULL},

@@ -50,6 +50,7 @@ struct cli_positional {
 struct cli_common {
     int grid;            /* --grid N: cells along the longest side; 0 = the program's choice */
     const char *params;  /* --params paper|default */
+    const char *backend; /* --backend scalar|opencl */
     int threads;         /* --threads K; 0 = as many as the machine offers */
     const char *json;    /* --json FILE, "-" = standard output; NULL = none */
     const char *out;     /* --out DIR for pictures and meshes; NULL = none */

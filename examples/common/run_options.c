@@ -151,6 +151,31 @@ const char *run_path(const char *folder, const char *name, char *path, size_t si
     return path;
 }
 
+static void warn(void *user, int level, const char *message)
+{
+    if (level < 3) {
+        cli_fail(user, 0, "%s", message);
+    }
+}
+
+springls_backend *run_backend(const char *program, const struct cli_common *common)
+{
+    springls_cl_desc desc;
+    springls_backend *backend = NULL;
+    memset(&desc, 0, sizeof desc);
+    desc.logger.log = warn;
+    desc.logger.user = (void *)(uintptr_t)program;
+    if (strcmp(common->backend, "opencl") == 0) {
+        springls_cl_create(&desc, &backend);
+    }
+    return backend;
+}
+
+const char *run_backend_name(const springls_backend *backend)
+{
+    return backend ? springls_cl_name(backend) : "scalar";
+}
+
 static void keep_message(void *user, int level, const char *message)
 {
     (void)level;

@@ -3,7 +3,7 @@
 #define EXAMPLES_COMMON_RUN_OPTIONS_H
 
 #include "cli.h"
-#include "springls.h"
+#include "springls_cl.h"
 
 #include <stddef.h>
 
@@ -21,6 +21,13 @@ int run_threads(void); /* threads that parallel loops use now */
 
 /* "folder/name", cut to `size` - 1 characters. */
 const char *run_path(const char *folder, const char *name, char *path, size_t size);
+
+/* Where --backend wants the stages to run: NULL for scalar code, or when there is no OpenCL, of which one line on stderr warns.
+ * springls_cl_destroy it after the contexts. */
+springls_backend *run_backend(const char *program, const struct cli_common *common);
+
+/* What reports call it: "scalar", or the name of the device. */
+const char *run_backend_name(const springls_backend *backend);
 
 /* springls_create, with its reason for a refusal on stderr: CLI_GO_ON, or the exit status. Timed by the wall clock. */
 int run_create(const char *program, springls_desc *desc, springls_context **ctx);

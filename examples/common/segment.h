@@ -34,6 +34,7 @@ struct segment {
     float low, high, ramp;   /* of the pressure */
     struct volume grid;      /* of the model; data: its level set, voxels */
     struct volume pressure;  /* on the image's grid with a margin */
+    springls_backend *backend; /* of ctx */
     springls_context *ctx, *truth_ctx;
     struct model_frame frames[SEGMENT_MOST_LEVELS + 1];
     int frame_count;

@@ -106,6 +106,7 @@ bool segment_report(const struct segment *run, const char *path)
     json_number(&json, "area_mm2", run->measures.area);
     json_integer(&json, "components", run->measures.components);
     json_integer(&json, "euler", run->measures.euler);
+    json_string(&json, "backend", run_backend_name(run->backend));
     json_integer(&json, "threads", run_threads());
     json_number(&json, "seconds", run->seconds);
     json_number(&json, "peak_rss_mib", peak_rss_mib());
@@ -180,6 +181,7 @@ void segment_free(struct segment *run)
     springls_mesh_free(run->ctx, &run->surface);
     springls_destroy(run->truth_ctx);
     springls_destroy(run->ctx);
+    springls_cl_destroy(run->backend);
     volume_free(&run->image);
     volume_free(&run->grid);
     volume_free(&run->pressure);

@@ -45,6 +45,7 @@ static bool enter_level(struct segment *run, float side, struct volume *coarse)
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(&run->grid);
     desc.params = &run->params;
+    desc.backend = run->backend;
     springls_destroy(run->ctx);
     run->ctx = NULL;
     return run_create("segment", &desc, &run->ctx) == CLI_GO_ON;
@@ -140,6 +141,7 @@ static bool evolve(struct segment *run)
     struct progress bar;
     bool fine = true, started = false;
     const float finest = choose_side(run);
+    run->backend = run_backend("segment", &set->common);
     run->levels = choose_levels(run, longest_side(&run->image) / finest);
     const double begin = elapsed_seconds();
     progress_begin(&bar, "segment", (size_t)set->steps * (size_t)run->levels, !segment_may_print(run));
