@@ -7958,23 +7958,27 @@ SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
-    size_t total = 0;
+    int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
+    uint8_t *wanted;
     springls__constellation_changed(ctx);
     if (ctx->on_device) return ctx->backend->bricks_around_springls(ctx);
     springls__grid_clear(ctx, g);
-    for (pass = 0; pass < 2; pass++) {
-        if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
-        for (total = 0, i = 0; i < ctx->model.set.count; i++) {
-            springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++, total++)
-                        if (pass) list[total] = x + g->bricks[0] * (y + g->bricks[1] * z);
-        }
-        if (total > (size_t)INT32_MAX) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the springls are too large for the grid");
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
+    memset(wanted, 0, (size_t)bricks);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
+        for (z = lo[2]; z <= hi[2]; z++)
+            for (y = lo[1]; y <= hi[1]; y++)
+                for (x = lo[0]; x <= hi[0]; x++) {
+                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
+                    count += !wanted[brick];
+                    wanted[brick] = 1;
+                }
     }
-    return springls__grid_add_bricks(ctx, list, (int)total);
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&list));
+    for (i = count = 0; i < bricks; i++)
+        if (wanted[i]) list[count++] = i;
+    return springls__grid_add_bricks(ctx, list, count);
 }
 
 /* The background grows through bricks: the coarse levels of the paper, each to its end. In SCRATCH2. */
@@ -8301,7 +8305,8 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
 /* volume_lock.h - the volume of every component is held (params.volume_lock) by a tiny offset of its springls and of phi along
    the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
    its volume is that of its marching cubes surface, the one springls_measure tells. What it should be goes with the springls:
-   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed. */
+   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed.
+   Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
 typedef struct springls__part { double volume, area; float offset, moved; int32_t kin; bool speck; } springls__part; /* moved: offsets in all */
@@ -15967,7 +15972,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 15971 \"springls.h\"\n",
+    "#line 15976 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16381,7 +16386,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16385 \"springls.h\"\n",
+    "#line 16390 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16574,7 +16579,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16578 \"springls.h\"\n",
+    "#line 16583 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
