@@ -3655,6 +3655,13 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
     return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
+/* Is the background beside a block of b^3 voxels? */
+SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
+{
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)
+        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+}
+
 /* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a
    block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
 SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)
@@ -3673,11 +3680,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
         for (y = 0; y < 8; y += b)
             for (x = 0; x < 8; x += b) {
                 float nearest = FLT_MAX;
-                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
-                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
-                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
-                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
-                    continue;
+                if (phi[x + 8 * y + 64 * z] > 0.0f || !springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) continue;
                 for (k = z; k < z + b; k++)
                     for (j = y; j < y + b; j++)
                         for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
@@ -3700,8 +3703,8 @@ SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                        SPRINGLS__GLOBAL const float *omega, float *side);
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,
+                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, float *side);
 
 /* Voxels that springls are near take the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)
@@ -4717,8 +4720,24 @@ SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube
 SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
 SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
 
-/* Where cube (x, y, z) of a brick, each from -1 on, has its record. */
+/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */
 SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
+{
+    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+}
+
+/* How many triangles and vertices active bricks have; after the scan, those before them. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+}
 
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
 typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
@@ -4776,12 +4795,18 @@ SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)
     return signs;
 }
 
-/* To SCRATCH1: the CUBES cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
+/* The case of the cube at x between four rows. */
+SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
+{
+    return (int)((row[0] >> (x + 1) & 3u) | (row[1] >> (x + 1) & 3u) << 2 | (row[2] >> (x + 1) & 3u) << 4 | (row[3] >> (x + 1) & 3u) << 6);
+}
+
+/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
    they have. To SCRATCH4, for its slot: i. */
 SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL springls__cube *cubes = (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
     springls__cube_range range = springls__brick_cubes(g, g->active[i]);
     float tile[SPRINGLS__TILE_VOXELS];
     uint32_t signs[SPRINGLS__TILE * SPRINGLS__TILE], triangles = 0u, vertices = 0u;
@@ -4792,12 +4817,15 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
     for (k = 0; k < SPRINGLS__CUBES; k++) cubes[k] = 0u;
     for (z = range.lo[2]; z <= range.hi[2]; z++)
         for (y = range.lo[1]; y <= range.hi[1]; y++) {
-            const uint32_t *row = signs + y + 1 + SPRINGLS__TILE * (z + 1);
-            uint32_t r0 = row[0], r1 = row[1], r2 = row[SPRINGLS__TILE], r3 = row[SPRINGLS__TILE + 1];
-            if ((r0 | r1 | r2 | r3) == 0u || (r0 & r1 & r2 & r3) == (1u << SPRINGLS__TILE) - 1u) continue;
+            uint32_t row[4], all = (1u << SPRINGLS__TILE) - 1u, some = 0u, own;
+            for (k = 0; k < 4; k++) {
+                row[k] = signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
+                all &= row[k];
+                some |= row[k];
+            }
+            if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) continue;
             for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                int mask = (int)((r0 >> (x + 1) & 3u) | (r1 >> (x + 1) & 3u) << 2 | (r2 >> (x + 1) & 3u) << 4 | (r3 >> (x + 1) & 3u) << 6);
-                uint32_t own;
+                int mask = springls__case_between(row, x);
                 if (springls__mc_count(mask) == 0) continue;
                 own = springls__own_edges(g, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, mask);
                 cubes[springls__cube_index(x, y, z)] = (uint32_t)mask | own << 8 | vertices << 20;
@@ -4805,22 +4833,21 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
                 for (; own; own &= own - 1u) vertices++;
             }
         }
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = triangles;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[3])[i] = vertices;
+    springls__triangles_before(model)[i] = triangles;
+    springls__vertices_before(model)[i] = vertices;
     ((SPRINGLS__GLOBAL int *)model->scratch[4])[g->active[i]] = i;
 }
 
-/* The number of the vertex on an edge of a cube that it does not belong to. Its owner numbers vertices as triangles come to them. */
+/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    size_t i = (size_t)((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]];
-    springls__cube cube;
-    int axis, k, other, number;
+    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
     uint32_t seen = 0u;
+    springls__cube cube;
     for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
-    cube = ((SPRINGLS__GLOBAL const springls__cube *)model->scratch[1])[i * SPRINGLS__CUBES + (size_t)springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
-    number = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i] + springls__cube_first(cube);
+    cube = springls__cubes_of(model, i)[springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
+    number = (int)springls__vertices_before(model)[i] + springls__cube_first(cube);
     for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {
         if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;
         seen |= 1u << other;
@@ -4828,20 +4855,20 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
     return number;
 }
 
-/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6: both from the places in SCRATCH3 and 2 on. */
+/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6. */
 SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const springls__cube *cubes = (SPRINGLS__GLOBAL const springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
     SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
-    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i];
+    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)springls__triangles_before(model)[i];
     springls__cube_range range = springls__brick_cubes(g, g->active[i]);
     float tile[SPRINGLS__TILE_VOXELS];
-    int place = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i], vertex[12], n, k;
+    int place = (int)springls__vertices_before(model)[i], vertex[12], n, k;
     bool loaded = false;
     (void)job;
     for (n = 0; n < SPRINGLS__CUBES; n++) {
-        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]);
+        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]), *o = range.origin;
         springls__mc_cell cell;
         uint32_t seen = 0u;
         if (cubes[n] == 0u) continue;
@@ -4854,7 +4881,7 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
                 positions[place] = springls__cube_vertex(&range, cell, x, y, z, edge);
                 vertex[edge] = place++;
             } else if (!(seen >> edge & 1u)) {
-                vertex[edge] = springls__vertex_elsewhere(model, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, edge);
+                vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
             }
             seen |= 1u << edge;
             *corner++ = vertex[edge];
@@ -8113,8 +8140,10 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;
-    for (v = 0; v < voxels; v++)
-        if (springls__uncounted(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
+    for (v = 0; v < voxels; v++) {
+        int64_t first = springls__active_voxel(g, v);
+        if (springls__uncounted(&region, first)) springls__region_settle(&region, first);
+    }
     return SPRINGLS_OK;
 }
 
@@ -10990,11 +11019,15 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
 
 /* Welded marching cubes: voxel positions and triangles, in scratch 5 and 6. */
-typedef struct springls__raw_mesh { springls__v3 *positions; int *triangles; int vertex_count, triangle_count; } springls__raw_mesh;
+typedef struct springls__raw_mesh {
+    springls__v3 *positions;
+    int *triangles, vertex_count, triangle_count;
+} springls__raw_mesh;
 
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int bricks = ctx->model.grid.active_count;
+    size_t corners;
     memset(mesh, 0, sizeof *mesh);
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks * SPRINGLS__CUBES, sizeof(springls__cube), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
@@ -11004,11 +11037,12 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &mesh->triangle_count));
     SPRINGLS__TRY(springls__scan(ctx, 3, bricks, &mesh->vertex_count));
     if (mesh->triangle_count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles");
+    corners = 3 * (size_t)mesh->triangle_count;
     SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)mesh->vertex_count, sizeof *mesh->positions, (void **)&mesh->positions));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, 3 * (size_t)mesh->triangle_count, sizeof *mesh->triangles, (void **)&mesh->triangles));
+    SPRINGLS__TRY(springls__scratch(ctx, 6, corners, sizeof *mesh->triangles, (void **)&mesh->triangles));
     springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__no_job());
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH5, (size_t)mesh->vertex_count * sizeof *mesh->positions));
-    return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, 3 * (size_t)mesh->triangle_count * sizeof *mesh->triangles);
+    return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, corners * sizeof *mesh->triangles);
 }
 
 /* The arrays of a mesh, in one block. */
@@ -11046,19 +11080,19 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
     }
 }
 
-typedef struct springls__dress_job { springls_context *ctx; const springls__v3 *positions; springls_mesh *mesh; } springls__dress_job;
+typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh; } springls__dress_job;
 
 /* What the kernel of this name has found for each vertex, in the world. */
 SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
-    const springls__model *model = &job->ctx->model;
+    void *const *found = job->ctx->model.scratch;
     for (; begin < end; begin++) {
-        springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)model->scratch[1])[begin]);
-        springls__voxel_to_world(job->ctx, job->positions[begin], job->mesh->positions + 3 * begin);
-        springls__voxel_to_world(job->ctx, ((const springls__v3 *)model->scratch[2])[begin], job->mesh->correspondences + 3 * begin);
+        springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)found[1])[begin]);
+        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[5])[begin], job->mesh->positions + 3 * begin);
+        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[2])[begin], job->mesh->correspondences + 3 * begin);
         memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = ((const int *)model->scratch[3])[begin];
+        job->mesh->springls[begin] = ((const int *)found[3])[begin];
     }
 }
 
@@ -11082,7 +11116,6 @@ SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx,
     memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
     springls__keep_orientation(ctx, out);
     job.ctx = ctx;
-    job.positions = raw.positions;
     job.mesh = out;
     springls__parallel(ctx, raw.vertex_count, 1024, springls__dress_task, &job);
     return SPRINGLS_OK;
@@ -13959,6 +13992,13 @@ static const char *const springls__kernel_lines[] = {
     "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
     "}\n",
     "\n",
+    "/* Is the background beside a block of b^3 voxels? */\n",
+    "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
+    "{\n",
+    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)\n",
+    "        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
+    "}\n",
+    "\n",
     "/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a\n",
     "   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
     "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)\n",
@@ -13977,11 +14017,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (y = 0; y < 8; y += b)\n",
     "            for (x = 0; x < 8; x += b) {\n",
     "                float nearest = FLT_MAX;\n",
-    "                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;\n",
-    "                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)\n",
-    "                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)\n",
-    "                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))\n",
-    "                    continue;\n",
+    "                if (phi[x + 8 * y + 64 * z] > 0.0f || !springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) continue;\n",
     "                for (k = z; k < z + b; k++)\n",
     "                    for (j = y; j < y + b; j++)\n",
     "                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
@@ -14004,8 +14040,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
     "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                        SPRINGLS__GLOBAL const float *omega, float *side);\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,\n",
+    "                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, float *side);\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
     "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)\n",
@@ -14052,7 +14088,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3753 \"springls.h\"\n",
+    "#line 3756 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14111,7 +14147,7 @@ static const char *const springls__kernel_lines[] = {
     "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
     "            }\n",
     "}\n",
-    "#line 3813 \"springls.h\"\n",
+    "#line 3816 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14206,7 +14242,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3909 \"springls.h\"\n",
+    "#line 3912 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14327,7 +14363,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4031 \"springls.h\"\n",
+    "#line 4034 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14603,7 +14639,7 @@ static const char *const springls__kernel_lines[] = {
     "            }\n",
     "        }\n",
     "}\n",
-    "#line 4308 \"springls.h\"\n",
+    "#line 4311 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -14781,7 +14817,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4487 \"springls.h\"\n",
+    "#line 4490 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14906,7 +14942,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4613 \"springls.h\"\n",
+    "#line 4616 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -15001,7 +15037,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4709 \"springls.h\"\n",
+    "#line 4712 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -15013,8 +15049,24 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }\n",
     "SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }\n",
     "\n",
-    "/* Where cube (x, y, z) of a brick, each from -1 on, has its record. */\n",
+    "/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */\n",
     "SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }\n",
+    "\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "}\n",
+    "\n",
+    "/* How many triangles and vertices active bricks have; after the scan, those before them. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];\n",
+    "}\n",
     "\n",
     "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
     "typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;\n",
@@ -15072,12 +15124,18 @@ static const char *const springls__kernel_lines[] = {
     "    return signs;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH1: the CUBES cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices\n",
+    "/* The case of the cube at x between four rows. */\n",
+    "SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)\n",
+    "{\n",
+    "    return (int)((row[0] >> (x + 1) & 3u) | (row[1] >> (x + 1) & 3u) << 2 | (row[2] >> (x + 1) & 3u) << 4 | (row[3] >> (x + 1) & 3u) << 6);\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices\n",
     "   they have. To SCRATCH4, for its slot: i. */\n",
     "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL springls__cube *cubes = (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);\n",
     "    springls__cube_range range = springls__brick_cubes(g, g->active[i]);\n",
     "    float tile[SPRINGLS__TILE_VOXELS];\n",
     "    uint32_t signs[SPRINGLS__TILE * SPRINGLS__TILE], triangles = 0u, vertices = 0u;\n",
@@ -15088,12 +15146,15 @@ static const char *const springls__kernel_lines[] = {
     "    for (k = 0; k < SPRINGLS__CUBES; k++) cubes[k] = 0u;\n",
     "    for (z = range.lo[2]; z <= range.hi[2]; z++)\n",
     "        for (y = range.lo[1]; y <= range.hi[1]; y++) {\n",
-    "            const uint32_t *row = signs + y + 1 + SPRINGLS__TILE * (z + 1);\n",
-    "            uint32_t r0 = row[0], r1 = row[1], r2 = row[SPRINGLS__TILE], r3 = row[SPRINGLS__TILE + 1];\n",
-    "            if ((r0 | r1 | r2 | r3) == 0u || (r0 & r1 & r2 & r3) == (1u << SPRINGLS__TILE) - 1u) continue;\n",
+    "            uint32_t row[4], all = (1u << SPRINGLS__TILE) - 1u, some = 0u, own;\n",
+    "            for (k = 0; k < 4; k++) {\n",
+    "                row[k] = signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];\n",
+    "                all &= row[k];\n",
+    "                some |= row[k];\n",
+    "            }\n",
+    "            if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) continue;\n",
     "            for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
-    "                int mask = (int)((r0 >> (x + 1) & 3u) | (r1 >> (x + 1) & 3u) << 2 | (r2 >> (x + 1) & 3u) << 4 | (r3 >> (x + 1) & 3u) << 6);\n",
-    "                uint32_t own;\n",
+    "                int mask = springls__case_between(row, x);\n",
     "                if (springls__mc_count(mask) == 0) continue;\n",
     "                own = springls__own_edges(g, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, mask);\n",
     "                cubes[springls__cube_index(x, y, z)] = (uint32_t)mask | own << 8 | vertices << 20;\n",
@@ -15101,22 +15162,21 @@ static const char *const springls__kernel_lines[] = {
     "                for (; own; own &= own - 1u) vertices++;\n",
     "            }\n",
     "        }\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = triangles;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[3])[i] = vertices;\n",
+    "    springls__triangles_before(model)[i] = triangles;\n",
+    "    springls__vertices_before(model)[i] = vertices;\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[4])[g->active[i]] = i;\n",
     "}\n",
     "\n",
-    "/* The number of the vertex on an edge of a cube that it does not belong to. Its owner numbers vertices as triangles come to them. */\n",
+    "/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */\n",
     "SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)\n",
     "{\n",
     "    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);\n",
-    "    size_t i = (size_t)((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]];\n",
-    "    springls__cube cube;\n",
-    "    int axis, k, other, number;\n",
+    "    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;\n",
     "    uint32_t seen = 0u;\n",
+    "    springls__cube cube;\n",
     "    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;\n",
-    "    cube = ((SPRINGLS__GLOBAL const springls__cube *)model->scratch[1])[i * SPRINGLS__CUBES + (size_t)springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];\n",
-    "    number = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i] + springls__cube_first(cube);\n",
+    "    cube = springls__cubes_of(model, i)[springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];\n",
+    "    number = (int)springls__vertices_before(model)[i] + springls__cube_first(cube);\n",
     "    for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {\n",
     "        if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;\n",
     "        seen |= 1u << other;\n",
@@ -15124,20 +15184,20 @@ static const char *const springls__kernel_lines[] = {
     "    return number;\n",
     "}\n",
     "\n",
-    "/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6: both from the places in SCRATCH3 and 2 on. */\n",
+    "/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6. */\n",
     "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL const springls__cube *cubes = (SPRINGLS__GLOBAL const springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);\n",
     "    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];\n",
-    "    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i];\n",
+    "    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)springls__triangles_before(model)[i];\n",
     "    springls__cube_range range = springls__brick_cubes(g, g->active[i]);\n",
     "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int place = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i], vertex[12], n, k;\n",
+    "    int place = (int)springls__vertices_before(model)[i], vertex[12], n, k;\n",
     "    bool loaded = false;\n",
     "    (void)job;\n",
     "    for (n = 0; n < SPRINGLS__CUBES; n++) {\n",
-    "        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]);\n",
+    "        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]), *o = range.origin;\n",
     "        springls__mc_cell cell;\n",
     "        uint32_t seen = 0u;\n",
     "        if (cubes[n] == 0u) continue;\n",
@@ -15150,7 +15210,7 @@ static const char *const springls__kernel_lines[] = {
     "                positions[place] = springls__cube_vertex(&range, cell, x, y, z, edge);\n",
     "                vertex[edge] = place++;\n",
     "            } else if (!(seen >> edge & 1u)) {\n",
-    "                vertex[edge] = springls__vertex_elsewhere(model, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, edge);\n",
+    "                vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);\n",
     "            }\n",
     "            seen |= 1u << edge;\n",
     "            *corner++ = vertex[edge];\n",
@@ -15176,7 +15236,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 4885 \"springls.h\"\n",
+    "#line 4912 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15416,7 +15476,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5126 \"springls.h\"\n",
+    "#line 5153 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15447,7 +15507,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5158 \"springls.h\"\n",
+    "#line 5185 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15654,7 +15714,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5366 \"springls.h\"\n",
+    "#line 5393 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -15762,7 +15822,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5475 \"springls.h\"\n",
+    "#line 5502 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -15898,7 +15958,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5612 \"springls.h\"\n",
+    "#line 5639 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -15972,7 +16032,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 15976 \"springls.h\"\n",
+    "#line 16036 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16386,7 +16446,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16390 \"springls.h\"\n",
+    "#line 16450 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16425,7 +16485,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)\n",
     "{\n",
-    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && ((__global const uint8_t *)model->scratch[2])[brick] == SPRINGLS__OPEN;\n",
+    "    __global const uint8_t *state = (__global const uint8_t *)model->scratch[2];\n",
+    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)\n",
@@ -16472,12 +16533,12 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)\n",
     "{\n",
     "    const springls__grid *g = &r->model->grid;\n",
-    "    int slot, n;\n",
+    "    int brick, v;\n",
     "    if (!springls__grid_contains(g, x, y, z)) return -1;\n",
-    "    slot = springls__slot_at(g, x, y, z);\n",
-    "    n = slot < SPRINGLS__FIRST_SLOT ? springls__brick_at(g, x, y, z) : slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, n) ? r->voxels + n : -1;\n",
-    "    return springls__unsettled(r->model, (size_t)n) ? n : -1;\n",
+    "    brick = springls__brick_at(g, x, y, z);\n",
+    "    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, brick) ? r->voxels + brick : -1;\n",
+    "    v = g->top[brick] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
+    "    return springls__unsettled(r->model, (size_t)v) ? v : -1;\n",
     "}\n",
     "\n",
     "/* A row with those below and before it, and with constant bricks on all sides; a constant brick with those before it. */\n",
@@ -16491,19 +16552,23 @@ static const char *const springls__kernel_lines[] = {
     "        if (!springls__open_brick(model, brick)) return;\n",
     "        for (d = 0; d < 3; d++) {\n",
     "            bool first = brick / stride % model->grid.bricks[d] == 0;\n",
-    "            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, r.voxels + brick, r.voxels + brick - stride);\n",
+    "            int n = r.voxels + brick;\n",
+    "            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, n, n - stride);\n",
     "            stride *= model->grid.bricks[d];\n",
     "        }\n",
     "        return;\n",
     "    }\n",
     "    springls__row_at(&model->grid, i, at);\n",
     "    for (d = 0; d < 6; d++) {\n",
-    "        int axis = d >> 1, by = d & 1 ? 1 : -1, before = -1;\n",
+    "        int axis = d >> 1, by = d & 1 ? 1 : -1, beside = -1, to[3];\n",
+    "        to[1] = at[1] + (axis == 1 ? by : 0);\n",
+    "        to[2] = at[2] + (axis == 2 ? by : 0);\n",
     "        for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
-    "            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), other = -1;\n",
-    "            if (n >= 0) other = springls__region_node(&r, at[0] + x + (axis == 0 ? by : 0), at[1] + (axis == 1 ? by : 0), at[2] + (axis == 2 ? by : 0));\n",
-    "            if (other >= 0 && before < 0 && (other >= r.voxels || by < 0)) springls__region_unite(r.label, n, other); /* once a run */\n",
-    "            before = other;\n",
+    "            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), before = beside;\n",
+    "            to[0] = at[0] + x + (axis == 0 ? by : 0);\n",
+    "            beside = n < 0 ? -1 : springls__region_node(&r, to[0], to[1], to[2]);\n",
+    "            if (beside < 0 || before >= 0 || (by > 0 && beside < r.voxels)) continue; /* once a run, and once a pair */\n",
+    "            springls__region_unite(r.label, n, beside);\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -16556,8 +16621,10 @@ static const char *const springls__kernel_lines[] = {
     "            continue;\n",
     "        }\n",
     "        if (root < 0) root = springls__region_root(r.label, label);\n",
-    "        for (d = 0; d < 6; d++)\n",
-    "            votes += springls__region_vote(model, at[0] + v + (d == 0 ? -1 : d == 1), at[1] + (d == 2 ? -1 : d == 3), at[2] + (d == 4 ? -1 : d == 5));\n",
+    "        for (d = -1; d <= 1; d += 2)\n",
+    "            votes += springls__region_vote(model, at[0] + v + d, at[1], at[2])\n",
+    "                   + springls__region_vote(model, at[0] + v, at[1] + d, at[2])\n",
+    "                   + springls__region_vote(model, at[0] + v, at[1], at[2] + d);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -16579,7 +16646,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16583 \"springls.h\"\n",
+    "#line 16650 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

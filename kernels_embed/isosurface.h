@@ -9,8 +9,24 @@ SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube
 SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
 SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
 
-/* Where cube (x, y, z) of a brick, each from -1 on, has its record. */
+/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */
 SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
+{
+    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+}
+
+/* How many triangles and vertices active bricks have; after the scan, those before them. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+}
 
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
 typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
@@ -68,12 +84,18 @@ SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)
     return signs;
 }
 
-/* To SCRATCH1: the CUBES cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
+/* The case of the cube at x between four rows. */
+SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
+{
+    return (int)((row[0] >> (x + 1) & 3u) | (row[1] >> (x + 1) & 3u) << 2 | (row[2] >> (x + 1) & 3u) << 4 | (row[3] >> (x + 1) & 3u) << 6);
+}
+
+/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
    they have. To SCRATCH4, for its slot: i. */
 SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL springls__cube *cubes = (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
     springls__cube_range range = springls__brick_cubes(g, g->active[i]);
     float tile[SPRINGLS__TILE_VOXELS];
     uint32_t signs[SPRINGLS__TILE * SPRINGLS__TILE], triangles = 0u, vertices = 0u;
@@ -84,12 +106,15 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
     for (k = 0; k < SPRINGLS__CUBES; k++) cubes[k] = 0u;
     for (z = range.lo[2]; z <= range.hi[2]; z++)
         for (y = range.lo[1]; y <= range.hi[1]; y++) {
-            const uint32_t *row = signs + y + 1 + SPRINGLS__TILE * (z + 1);
-            uint32_t r0 = row[0], r1 = row[1], r2 = row[SPRINGLS__TILE], r3 = row[SPRINGLS__TILE + 1];
-            if ((r0 | r1 | r2 | r3) == 0u || (r0 & r1 & r2 & r3) == (1u << SPRINGLS__TILE) - 1u) continue;
+            uint32_t row[4], all = (1u << SPRINGLS__TILE) - 1u, some = 0u, own;
+            for (k = 0; k < 4; k++) {
+                row[k] = signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
+                all &= row[k];
+                some |= row[k];
+            }
+            if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) continue;
             for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                int mask = (int)((r0 >> (x + 1) & 3u) | (r1 >> (x + 1) & 3u) << 2 | (r2 >> (x + 1) & 3u) << 4 | (r3 >> (x + 1) & 3u) << 6);
-                uint32_t own;
+                int mask = springls__case_between(row, x);
                 if (springls__mc_count(mask) == 0) continue;
                 own = springls__own_edges(g, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, mask);
                 cubes[springls__cube_index(x, y, z)] = (uint32_t)mask | own << 8 | vertices << 20;
@@ -97,22 +122,21 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
                 for (; own; own &= own - 1u) vertices++;
             }
         }
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = triangles;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[3])[i] = vertices;
+    springls__triangles_before(model)[i] = triangles;
+    springls__vertices_before(model)[i] = vertices;
     ((SPRINGLS__GLOBAL int *)model->scratch[4])[g->active[i]] = i;
 }
 
-/* The number of the vertex on an edge of a cube that it does not belong to. Its owner numbers vertices as triangles come to them. */
+/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    size_t i = (size_t)((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]];
-    springls__cube cube;
-    int axis, k, other, number;
+    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
     uint32_t seen = 0u;
+    springls__cube cube;
     for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
-    cube = ((SPRINGLS__GLOBAL const springls__cube *)model->scratch[1])[i * SPRINGLS__CUBES + (size_t)springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
-    number = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i] + springls__cube_first(cube);
+    cube = springls__cubes_of(model, i)[springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
+    number = (int)springls__vertices_before(model)[i] + springls__cube_first(cube);
     for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {
         if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;
         seen |= 1u << other;
@@ -120,20 +144,20 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
     return number;
 }
 
-/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6: both from the places in SCRATCH3 and 2 on. */
+/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6. */
 SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL const springls__cube *cubes = (SPRINGLS__GLOBAL const springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
     SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
-    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i];
+    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)springls__triangles_before(model)[i];
     springls__cube_range range = springls__brick_cubes(g, g->active[i]);
     float tile[SPRINGLS__TILE_VOXELS];
-    int place = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[3])[i], vertex[12], n, k;
+    int place = (int)springls__vertices_before(model)[i], vertex[12], n, k;
     bool loaded = false;
     (void)job;
     for (n = 0; n < SPRINGLS__CUBES; n++) {
-        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]);
+        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]), *o = range.origin;
         springls__mc_cell cell;
         uint32_t seen = 0u;
         if (cubes[n] == 0u) continue;
@@ -146,7 +170,7 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
                 positions[place] = springls__cube_vertex(&range, cell, x, y, z, edge);
                 vertex[edge] = place++;
             } else if (!(seen >> edge & 1u)) {
-                vertex[edge] = springls__vertex_elsewhere(model, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, edge);
+                vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
             }
             seen |= 1u << edge;
             *corner++ = vertex[edge];

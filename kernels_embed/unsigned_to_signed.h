@@ -85,6 +85,13 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
     return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
+/* Is the background beside a block of b^3 voxels? */
+SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
+{
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)
+        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+}
+
 /* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a
    block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
 SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)
@@ -103,11 +110,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
         for (y = 0; y < 8; y += b)
             for (x = 0; x < 8; x += b) {
                 float nearest = FLT_MAX;
-                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
-                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
-                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
-                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
-                    continue;
+                if (phi[x + 8 * y + 64 * z] > 0.0f || !springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) continue;
                 for (k = z; k < z + b; k++)
                     for (j = y; j < y + b; j++)
                         for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
@@ -130,8 +133,8 @@ SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                        SPRINGLS__GLOBAL const float *omega, float *side);
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,
+                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, float *side);
 
 /* Voxels that springls are near take the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)

@@ -1,11 +1,15 @@
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
 
 /* Welded marching cubes: voxel positions and triangles, in scratch 5 and 6. */
-typedef struct springls__raw_mesh { springls__v3 *positions; int *triangles; int vertex_count, triangle_count; } springls__raw_mesh;
+typedef struct springls__raw_mesh {
+    springls__v3 *positions;
+    int *triangles, vertex_count, triangle_count;
+} springls__raw_mesh;
 
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
     const int bricks = ctx->model.grid.active_count;
+    size_t corners;
     memset(mesh, 0, sizeof *mesh);
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks * SPRINGLS__CUBES, sizeof(springls__cube), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
@@ -15,11 +19,12 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &mesh->triangle_count));
     SPRINGLS__TRY(springls__scan(ctx, 3, bricks, &mesh->vertex_count));
     if (mesh->triangle_count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles");
+    corners = 3 * (size_t)mesh->triangle_count;
     SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)mesh->vertex_count, sizeof *mesh->positions, (void **)&mesh->positions));
-    SPRINGLS__TRY(springls__scratch(ctx, 6, 3 * (size_t)mesh->triangle_count, sizeof *mesh->triangles, (void **)&mesh->triangles));
+    SPRINGLS__TRY(springls__scratch(ctx, 6, corners, sizeof *mesh->triangles, (void **)&mesh->triangles));
     springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__no_job());
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH5, (size_t)mesh->vertex_count * sizeof *mesh->positions));
-    return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, 3 * (size_t)mesh->triangle_count * sizeof *mesh->triangles);
+    return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, corners * sizeof *mesh->triangles);
 }
 
 /* The arrays of a mesh, in one block. */
@@ -57,19 +62,19 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
     }
 }
 
-typedef struct springls__dress_job { springls_context *ctx; const springls__v3 *positions; springls_mesh *mesh; } springls__dress_job;
+typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh; } springls__dress_job;
 
 /* What the kernel of this name has found for each vertex, in the world. */
 SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
-    const springls__model *model = &job->ctx->model;
+    void *const *found = job->ctx->model.scratch;
     for (; begin < end; begin++) {
-        springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)model->scratch[1])[begin]);
-        springls__voxel_to_world(job->ctx, job->positions[begin], job->mesh->positions + 3 * begin);
-        springls__voxel_to_world(job->ctx, ((const springls__v3 *)model->scratch[2])[begin], job->mesh->correspondences + 3 * begin);
+        springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)found[1])[begin]);
+        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[5])[begin], job->mesh->positions + 3 * begin);
+        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[2])[begin], job->mesh->correspondences + 3 * begin);
         memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = ((const int *)model->scratch[3])[begin];
+        job->mesh->springls[begin] = ((const int *)found[3])[begin];
     }
 }
 
@@ -93,7 +98,6 @@ SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx,
     memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
     springls__keep_orientation(ctx, out);
     job.ctx = ctx;
-    job.positions = raw.positions;
     job.mesh = out;
     springls__parallel(ctx, raw.vertex_count, 1024, springls__dress_task, &job);
     return SPRINGLS_OK;

@@ -162,8 +162,10 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;
-    for (v = 0; v < voxels; v++)
-        if (springls__uncounted(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
+    for (v = 0; v < voxels; v++) {
+        int64_t first = springls__active_voxel(g, v);
+        if (springls__uncounted(&region, first)) springls__region_settle(&region, first);
+    }
     return SPRINGLS_OK;
 }
 
