@@ -976,6 +976,9 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #pragma OPENCL FP_CONTRACT OFF
   #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
+  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
+  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
+  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
   /* springls_cl_desc.velocity_source, as advect.h calls it. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
@@ -1002,6 +1005,9 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
     #define SPRINGLS__MATHS static inline
   #endif
   #define SPRINGLS__GLOBAL
+  #define SPRINGLS__LOCAL
+  #define SPRINGLS__BARRIER (void)0
+  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
   /* Never called: on the host it is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
@@ -1307,6 +1313,21 @@ typedef struct springls__forces_here {
 
 #define SPRINGLS__SCRATCHES 8
 
+/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
+#define SPRINGLS__ROWS 64
+
+typedef struct springls__group { int item, items; } springls__group;
+
+SPRINGLS__MATHS springls__group springls__alone(void)
+{
+    springls__group group;
+    group.item = 0;
+    group.items = 1;
+    return group;
+}
+
+SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }
+
 typedef struct springls__model {
     springls__constellation set;
     springls__grid grid;
@@ -1320,6 +1341,7 @@ typedef struct springls__model {
     SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
     SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */
     SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
+    springls__group group;
     springls_params params;
 } springls__model;
 
@@ -1577,36 +1599,29 @@ SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SP
 
 SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
 
-SPRINGLS__MATHS void springls__load_border_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], float *tile)
+/* Each item of a group loads some of its rows; it is there for all when this returns. */
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,
+                                         SPRINGLS__LOCAL float *tile)
 {
-    int x, y, z;
-    for (z = -1; z <= 8; z++)
-        for (y = -1; y <= 8; y++)
-            for (x = -1; x <= 8; x++)
-                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
-}
-
-SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, float *tile)
-{
-    SPRINGLS__GLOBAL const float *inner;
-    int origin[3], x, y, z;
-    springls__slot_origin(g, slot, origin);
-    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
-        || origin[2] + 9 > g->size[2]) {
-        springls__load_border_tile(g, field, origin, tile);
-        return;
-    }
-    for (z = -1; z <= 8; z++) {
-        for (y = -1; y <= 8; y++) {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
-            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);
-            float *out = tile + springls__tile_index(0, y, z);
-            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];
-            inner = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
-            for (x = 0; x < 8; x++) out[x] = inner[x];
-            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];
+    int o[3], row, x;
+    bool border;
+    springls__slot_origin(g, slot, o);
+    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
+    SPRINGLS__BARRIER; /* whoever still reads what was in it */
+    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
+        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
+        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
+        if (border) {
+            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);
+        } else {
+            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);
+            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
+            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
         }
     }
+    SPRINGLS__BARRIER;
 }
 
 /* One voxel and its six neighbours. */
@@ -1623,7 +1638,7 @@ SPRINGLS__MATHS float springls__most(springls__cross7 v)
     return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
 }
 
-SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)
+SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
 {
     springls__cross7 v;
     v.c = t[0];
@@ -1639,41 +1654,44 @@ SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)
 /* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
 #define SPRINGLS__WIDE_MARGIN 3
 #define SPRINGLS__WIDE 14
+#define SPRINGLS__WIDE_VOXELS 2744
 
 typedef struct springls__wide_tile {
     const springls__grid *g;
     SPRINGLS__GLOBAL const float *field;
     int origin[3];
-    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];
+    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__wide_tile *tile)
+/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
+   items must. */
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,
+                                              bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
-    int x, y, z;
+    int x, row;
     bool border = false;
-    float *out = tile->value;
     tile->g = g;
     tile->field = field;
     for (x = 0; x < 3; x++) {
         tile->origin[x] = origin[x];
         border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
     }
-    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)
-        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {
-            if (border) {
-                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
-            } else {
-                SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
-                size_t row = (size_t)springls__voxel_in_brick(0, y, z);
-                SPRINGLS__GLOBAL const float *lower = field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m;
-                SPRINGLS__GLOBAL const float *own = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
-                SPRINGLS__GLOBAL const float *upper = field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row;
-                for (x = 0; x < m; x++) out[x] = lower[x];
-                for (x = 0; x < 8; x++) out[m + x] = own[x];
-                for (x = 0; x < m; x++) out[m + 8 + x] = upper[x];
-            }
+    SPRINGLS__BARRIER;
+    for (row = group.item; wanted && row < SPRINGLS__WIDE * SPRINGLS__WIDE; row += group.items) {
+        int y = origin[1] + row % SPRINGLS__WIDE - m, z = origin[2] + row / SPRINGLS__WIDE - m;
+        SPRINGLS__LOCAL float *out = tile->value + SPRINGLS__WIDE * row;
+        if (border) {
+            for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
+        } else {
+            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
+            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
         }
+    }
+    SPRINGLS__BARRIER;
 }
 
 /* Trilinear value at x, in voxels from the brick's first one. */
@@ -1682,7 +1700,7 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
     const float lower = (float)-m, upper = (float)(7 + m);
     float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
-    const float *t;
+    SPRINGLS__LOCAL const float *t;
     if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
         springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
         return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
@@ -1787,17 +1805,30 @@ SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS_
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
                                          SPRINGLS__GLOBAL float *row);
 
-/* Exact distance to the springls in active brick `index`, clamped at params.capture. */
-SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int index)
+/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+
+/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
-    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    int origin[3], i, y, z;
+    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool unknown = springls__omega_unknown(g, g->active[i]);
+    int origin[3], v, y, z;
     uint32_t k;
-    springls__slot_origin(g, g->active[index], origin);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;
-    for (k = model->cells.near_first[index]; k < model->cells.near_first[index + 1]; k++) {
+    (void)job;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all have read whether it is */
+    if (!unknown) return;
+    springls__slot_origin(g, g->active[i], origin);
+    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
+        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
+    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
@@ -1809,21 +1840,9 @@ SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int ind
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
-                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
-}
-
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
-SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
-{
-    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-}
-
-
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i)
-{
-    (void)job;
-    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);
 }
 
 /* Voxel i of the two constant bricks: job.f, outside and inside. */
@@ -3580,15 +3599,21 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    float nearest = FLT_MAX;
-    int v;
+    float least = FLT_MAX;
+    int row, v;
     (void)job;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
+    SPRINGLS__BARRIER;
+    nearest[group.item] = least;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -3638,16 +3663,18 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    int v;
+    int slot = g->top[i], row, v;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)job;
-    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
-    else
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all know the slot */
+    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
 }
 
 SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
@@ -3662,35 +3689,39 @@ SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x,
         || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
-/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a
-   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)
+/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
+   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
-    const int b = job.i[0];
+    const springls__group group = model->group;
+    const int b = job.i[0], across = 8 / b;
     size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + first;
     SPRINGLS__GLOBAL const float *phi = g->phi + first;
-    SPRINGLS__GLOBAL float *next = g->phi_next + first;
-    uint8_t grew = 0;
-    int o[3], x, y, z, i, j, k;
+    float grew = 0.0f;
+    int o[3], block, v;
     springls__slot_origin(g, g->active[index], o);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];
-    for (z = 0; z < 8; z += b)
-        for (y = 0; y < 8; y += b)
-            for (x = 0; x < 8; x += b) {
-                float nearest = FLT_MAX;
-                if (phi[x + 8 * y + 64 * z] > 0.0f || !springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) continue;
-                for (k = z; k < z + b; k++)
-                    for (j = y; j < y + b; j++)
-                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-                if (nearest <= SPRINGLS__SHELL) continue;
-                grew = 1;
-                for (k = z; k < z + b; k++)
-                    for (j = y; j < y + b; j++)
-                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;
-            }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;
+    for (block = group.item; block < across * across * across; block += group.items) {
+        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
+        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
+        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
+            float nearest = FLT_MAX;
+            for (k = z; k < z + b; k++)
+                for (j = y; j < y + b; j++)
+                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
+            background = nearest > SPRINGLS__SHELL;
+            if (background) grew = 1.0f;
+        }
+        for (k = z; k < z + b; k++)
+            for (j = y; j < y + b; j++)
+                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
+    }
+    SPRINGLS__BARRIER;
+    grown[group.item] = grew;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
 }
 
 /* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
@@ -3704,21 +3735,21 @@ SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,
-                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, float *side);
+                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);
 
 /* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float side[SPRINGLS__BRICK_VOXELS];
-    int y, z, v, o[3];
+    int y, z, row, v, o[3];
     uint32_t k;
     (void)job;
     springls__slot_origin(g, g->active[i], o);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
@@ -3727,12 +3758,14 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
-                int row = 8 * y + 64 * z;
-                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
+                v = 8 * y + 64 * z;
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
             }
     }
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++)
+            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
 }
 
 /* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
@@ -3742,14 +3775,16 @@ SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t vo
 }
 
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
     SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
-    int v;
+    int row, v;
     (void)job;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
+    (void)memory;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
 /* ======== >>evolve  (kernels_embed/evolve.h) =================================================================== */
@@ -3784,32 +3819,30 @@ SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cro
 }
 
 /* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,
+                                          SPRINGLS__GLOBAL float *out);
 
 /* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];
-    int x, y, z, d;
+    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
+    float block[27];
+    int row, x, d;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], phi);
-    springls__load_tile(g, g->omega, g->active[i], omega);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            int at = springls__tile_index(0, y, z);
-            springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
+    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        int at = springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        springls__evolve_row(phi + at, omega + at, width, step, out);
+        for (x = 0; x < 8 && lambda != 0.0f; x++) {
+            if (springls__fabs(phi[at + x]) > width) continue;
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
+            out[x] += step * lambda * springls__curvature_motion(block);
         }
-    if (lambda == 0.0f) return;
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++)
-            for (x = 0; x < 8; x++) {
-                if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;
-                for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];
-                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);
-            }
+    }
 }
 
 /* ======== >>topology  (kernels_embed/topology.h) =============================================================== */
@@ -3979,33 +4012,31 @@ SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, floa
 }
 
 /* Rows of eight voxels; phi points into a tile. */
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z;
+    int row;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z;
+    int row;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
 /* Which of the 27 bricks around (and including) a brick the band reaches. */
@@ -4085,38 +4116,38 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */
+/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its
+   normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
 #define SPRINGLS__SUM_WEIGHT 9
 #define SPRINGLS__SUM_HEIGHT 10
 #define SPRINGLS__SUMS 11
+#define SPRINGLS__NEAREST2 11
+#define SPRINGLS__FACING 12
+#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */
 
-typedef struct springls__brick_sums {
-    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */
-    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */
-    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];
-} springls__brick_sums;
+SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
-SPRINGLS__MATHS springls__moments springls__moments_load(const springls__brick_sums *sums, int i)
+SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
 {
     springls__moments m;
-    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);
-    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);
-    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);
-    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];
-    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];
+    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
+    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
+    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
+    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
     return m;
 }
 
 /* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
 /* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
@@ -4126,7 +4157,7 @@ SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x 
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 /* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], bool nearest, springls__brick_sums *sums)
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)
 {
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int y0, y1, z0, z1, y, z;
@@ -4141,6 +4172,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
         for (y = y0; y <= y1; y++) {
             offset.y = (float)y - p.y;
             if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (!springls__is_mine(group, y + 8 * z)) continue;
             if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
             else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
         }
@@ -4149,19 +4181,20 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                            springls__brick_sums *sums)
+                                            SPRINGLS__LOCAL float *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k, v;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-    for (k = 0; k < 3; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->facing[k][v] = 0.0f;
-    for (k = 0; k < SPRINGLS__SUMS; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->sum[k][v] = 0.0f;
+    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
+        for (v = 8 * r; v < 8 * r + 8; v++) {
+            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
+            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
+        }
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, true, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, false, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -4236,75 +4269,73 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
+    SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
     bool carry = job.i[0] != 0, some, at_edge;
-    uint8_t in_doubt = 0;
-    springls__brick_sums sums;
     springls__wide_tile tile;
     springls__near_ranges near_by;
-    int v, o[3];
+    int row, v, o[3];
+    tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, &sums);
-    if (some && carry) springls__load_wide_tile(g, g->phi, o, &tile);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        out[v] = phi[v];
-        if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
-            out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(&sums, v), carry, at_edge, phi[v]);
-        } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
-            out[v] = springls__doubtful(phi[v], g->far_value);
-            in_doubt = 1;
+    if (model->group.item == 0) *in_doubt = 0;
+    if (some) springls__brick_sums_take(model, &near_by, o, sums);
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) {
+            out[v] = phi[v];
+            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);
+            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
+                out[v] = springls__doubtful(phi[v], g->far_value);
+                *in_doubt = 1;
+            }
         }
-    }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = in_doubt;
 }
 
 /* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
-SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z, v;
-    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i]) {
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = from[v];
-        return;
+    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    int row, v;
+    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+        for (v = 8 * row; v < 8 * row + 8; v++) {
+            if (!in_doubt) out[v] = from[v];
+            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);
+        }
     }
-    springls__load_tile(g, g->phi_next, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job.f[0], out + 8 * y + 64 * z);
-    if (!job.i[0]) return;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
 }
 
 /* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z, o[3];
+    int row, x, o[3];
     (void)job;
     springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            const float *phi = tile + springls__tile_index(0, y, z);
-            SPRINGLS__GLOBAL float *row = out + 8 * y + 64 * z;
-            if (!springls__specks_row(phi, row) || !model->params.nucleate) continue;
-            for (x = 0; x < 8; x++) {
-                springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));
-                int n = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
-                if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) row[x] = phi[x];
-            }
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;
+        for (x = 0; x < 8; x++) {
+            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));
+            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
+            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];
         }
+    }
 }
 
 /* ======== >>marching_cubes  (kernels_embed/marching_cubes.h) =================================================== */
@@ -4464,11 +4495,20 @@ SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid 
     return range;
 }
 
-SPRINGLS__MATHS springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)
+SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
 {
     springls__mc_cell cell;
     int c;
     for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
+    return cell;
+}
+
+/* The same cube from the grid itself: slower, without a tile. */
+SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
     return cell;
 }
 
@@ -4638,28 +4678,32 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
 #define SPRINGLS__CUBES 729 /* a brick */
 
 /* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
     uint32_t count = 0u;
-    int x, y, z, k;
-    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
-    for (k = 0; k < SPRINGLS__CUBES; k++) exposed[k] = 0;
-    for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++)
-            for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                int mask = springls__mc_case(cell);
-                for (k = 0; k < springls__mc_count(mask); k++) {
-                    springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                    if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
-                    exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
-                    count++;
-                }
+    int x, y, z, k, row;
+    if (model->group.item == 0) *total = 0u;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
+    for (row = model->group.item; row < 81; row += model->group.items) {
+        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
+        y = row % 9 - 1;
+        z = row / 9 - 1;
+        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
+        for (x = range.lo[0]; x <= range.hi[0]; x++) {
+            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+            int mask = springls__mc_case(cell);
+            for (k = 0; k < springls__mc_count(mask); k++) {
+                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
+                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
+                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
+                count++;
             }
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = count;
+        }
+    }
+    if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
 /* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
@@ -4668,15 +4712,11 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
     SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
     int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
-    bool loaded = false;
     for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
         int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
         springls__mc_cell cell;
         if (!exposed[cube]) continue;
-        if (!loaded) springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
-        loaded = true;
-        cell = springls__tile_cube(tile, x, y, z);
+        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);
         for (k = 0; k < 8; k++) {
             springls__tri t;
             springls__v3 p;
@@ -4713,6 +4753,8 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
    cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
    own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
 
+#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */
+
 /* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */
 typedef uint32_t springls__cube;
 
@@ -4737,6 +4779,12 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const spri
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
 {
     return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+}
+
+/* Triangles of a brick before each of its rows of cubes. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
 }
 
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
@@ -4787,7 +4835,7 @@ SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int
 }
 
 /* Which voxels of a row of a tile are inside, one bit each. */
-SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)
+SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
 {
     uint32_t signs = 0u;
     int x;
@@ -4795,47 +4843,85 @@ SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)
     return signs;
 }
 
-/* The case of the cube at x between four rows. */
+/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */
+SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
+{
+    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
+    int k;
+    for (k = 0; k < 4; k++) {
+        row[k] = (uint32_t)signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
+        all &= row[k];
+        some |= row[k];
+    }
+    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
+}
+
+/* The case of the cube at x among them. */
 SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
 {
-    return (int)((row[0] >> (x + 1) & 3u) | (row[1] >> (x + 1) & 3u) << 2 | (row[2] >> (x + 1) & 3u) << 4 | (row[3] >> (x + 1) & 3u) << 6);
+    uint32_t mask = 0u;
+    int k;
+    for (k = 0; k < 4; k++) mask |= (row[k] >> (x + 1) & 3u) << 2 * k;
+    return (int)mask;
+}
+
+/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */
+#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)
+
+/* A row of cubes of active brick i; vertices are counted from the row's begin. */
+SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,
+                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)
+{
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i) + 9 * n;
+    const int y = n % 9 - 1, z = n / 9 - 1, *o = range->origin;
+    uint32_t row[4], triangles = 0u, vertices = 0u, own;
+    int x;
+    for (x = 0; x < 9; x++) cubes[x] = 0u;
+    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))
+        for (x = range->lo[0]; x <= range->hi[0]; x++) {
+            int mask = springls__case_between(row, x);
+            if (springls__mc_count(mask) == 0) continue;
+            own = springls__own_edges(&model->grid, o[0] + x, o[1] + y, o[2] + z, mask);
+            cubes[x + 1] = (uint32_t)mask | own << 8 | vertices << 20;
+            triangles += (uint32_t)springls__mc_count(mask);
+            for (; own; own &= own - 1u) vertices++;
+        }
+    rows[n] = (float)triangles;
+    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;
 }
 
 /* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
-   they have. To SCRATCH4, for its slot: i. */
-SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i)
+   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
-    const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
+    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
     SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
-    springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
-    uint32_t signs[SPRINGLS__TILE * SPRINGLS__TILE], triangles = 0u, vertices = 0u;
-    int x, y, z, k;
+    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    int n, x, k;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (k = 0; k < SPRINGLS__TILE * SPRINGLS__TILE; k++) signs[k] = springls__signs_of_row(tile + SPRINGLS__TILE * k);
-    for (k = 0; k < SPRINGLS__CUBES; k++) cubes[k] = 0u;
-    for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++) {
-            uint32_t row[4], all = (1u << SPRINGLS__TILE) - 1u, some = 0u, own;
-            for (k = 0; k < 4; k++) {
-                row[k] = signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
-                all &= row[k];
-                some |= row[k];
-            }
-            if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) continue;
-            for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                int mask = springls__case_between(row, x);
-                if (springls__mc_count(mask) == 0) continue;
-                own = springls__own_edges(g, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, mask);
-                cubes[springls__cube_index(x, y, z)] = (uint32_t)mask | own << 8 | vertices << 20;
-                triangles += (uint32_t)springls__mc_count(mask);
-                for (; own; own &= own - 1u) vertices++;
-            }
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);
+    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)
+        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);
+    SPRINGLS__BARRIER;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) springls__count_row(model, &range, i, n, signs, rows);
+    SPRINGLS__BARRIER;
+    for (k = 0; k < 2 && group.item == 0; k++) { /* sums of the rows before */
+        float sum = 0.0f;
+        for (n = k * SPRINGLS__CUBE_ROWS; n < (k + 1) * SPRINGLS__CUBE_ROWS; n++) {
+            float one = rows[n];
+            rows[n] = sum;
+            sum += one;
         }
-    springls__triangles_before(model)[i] = triangles;
-    springls__vertices_before(model)[i] = vertices;
-    ((SPRINGLS__GLOBAL int *)model->scratch[4])[g->active[i]] = i;
+        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
+    }
+    SPRINGLS__BARRIER;
+    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
+        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
+        for (x = 0; x < 9; x++)
+            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;
+    }
 }
 
 /* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
@@ -4855,36 +4941,47 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
     return number;
 }
 
-/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6. */
-SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i)
+/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */
+SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
+                                            springls__mc_cell cell, springls__cube cube, uint32_t first)
+{
+    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
+    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;
+    const int mask = springls__cube_case(cube), *o = range->origin;
+    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
+    uint32_t seen = 0u;
+    for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+        int edge = springls__mc_edge(mask, 0, k);
+        if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {
+            positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);
+            vertex[edge] = place++;
+        } else if (!(seen >> edge & 1u)) {
+            vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
+        }
+        seen |= 1u << edge;
+        corners[k] = vertex[edge];
+    }
+}
+
+/* Vertices and triangles of active brick i; job.i[0]: all triangles. */
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
-    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
-    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)springls__triangles_before(model)[i];
+    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;
     springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
-    int place = (int)springls__vertices_before(model)[i], vertex[12], n, k;
-    bool loaded = false;
-    (void)job;
-    for (n = 0; n < SPRINGLS__CUBES; n++) {
-        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]), *o = range.origin;
-        springls__mc_cell cell;
-        uint32_t seen = 0u;
-        if (cubes[n] == 0u) continue;
-        if (!loaded) springls__load_tile(g, g->phi, g->active[i], tile);
-        loaded = true;
-        cell = springls__tile_cube(tile, x, y, z);
-        for (k = 0; k < 3 * springls__mc_count(mask); k++) {
-            int edge = springls__mc_edge(mask, 0, k);
-            if (!(seen >> edge & 1u) && springls__cube_owns(cubes[n], edge)) {
-                positions[place] = springls__cube_vertex(&range, cell, x, y, z, edge);
-                vertex[edge] = place++;
-            } else if (!(seen >> edge & 1u)) {
-                vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
-            }
-            seen |= 1u << edge;
-            *corner++ = vertex[edge];
+    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];
+    int n, x;
+    if (end == before[0]) return;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (n = model->group.item; n < SPRINGLS__CUBE_ROWS; n += model->group.items) {
+        uint32_t first = before[0] + springls__triangles_of_rows(model, i)[n];
+        const int y = n % 9 - 1, z = n / 9 - 1;
+        for (x = -1; x < 8; x++) {
+            springls__cube cube = cubes[springls__cube_index(x, y, z)];
+            if (cube == 0u) continue;
+            springls__surface_cube(model, &range, i, x, y, z, springls__tile_cube(tile, x, y, z), cube, first);
+            first += (uint32_t)springls__mc_count(springls__cube_case(cube));
         }
     }
 }
@@ -5221,7 +5318,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
+                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -5242,7 +5339,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 
 typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
 
-SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
+SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)
 {
     springls__vec_cross7 v;
     v.c = springls__vec_load(t);
@@ -5262,7 +5359,7 @@ SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__v
 }
 
 /* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
     springls__vmask inside = springls__vec_abs(v.c) <= width;
@@ -5279,7 +5376,7 @@ SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega,
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -5319,7 +5416,7 @@ SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cr
 }
 
 /* Is one of the 26 neighbours on the other side? */
-SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
+SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)
 {
     springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
     springls__vmask inside = c < 0.0f;
@@ -5333,7 +5430,7 @@ SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
 }
 
 /* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
@@ -5348,7 +5445,7 @@ SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value,
     springls__vec_store(out, d);
 }
 
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
@@ -5367,7 +5464,7 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
@@ -5381,7 +5478,7 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
 
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
@@ -5397,34 +5494,34 @@ SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value,
 
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
-SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
+SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)
 {
     springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
 }
 
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
     for (i = row; i < row + 8; i += SPRINGLS__LANES) {
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec best = springls__vec_load(sums->nearest2 + i);
+        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));
         springls__vmask nearer = d2 < best;
         if (!springls__vmask_any(nearer)) continue;
-        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
-        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
-        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
+        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);
     }
 }
 
-SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
+SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
 {
-    float *at = &sums->sum[member][i];
+    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
@@ -5434,8 +5531,8 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
-              + springls__vec_load(sums->facing[2] + i) * s.n.z;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
@@ -5458,7 +5555,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -5482,7 +5579,7 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 }
 
 /* springls__without_speck; true when there was one. */
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;
@@ -5531,7 +5628,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 }
 
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
+                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5541,7 +5638,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5551,7 +5648,7 @@ SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, 
 }
 
 /* Is one of the 26 neighbours on the other side? */
-SPRINGLS__MATHS bool springls__touches(const float *t)
+SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)
 {
     int i;
     for (i = 0; i < 27; i++)
@@ -5559,7 +5656,7 @@ SPRINGLS__MATHS bool springls__touches(const float *t)
     return false;
 }
 
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5570,13 +5667,13 @@ SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, 
     }
 }
 
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
 }
 
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;
@@ -5587,21 +5684,21 @@ SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL flo
     return some;
 }
 
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
     for (i = row; i < row + 8; i++) {
         float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
-        if (d2 >= sums->nearest2[i]) continue;
-        sums->nearest2[i] = d2;
-        sums->facing[0][i] = s.n.x;
-        sums->facing[1][i] = s.n.y;
-        sums->facing[2][i] = s.n.z;
+        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;
+        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;
+        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;
+        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;
+        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;
     }
 }
 
-SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)
+SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)
 {
     const springls__v3 *from[3];
     int k;
@@ -5609,25 +5706,25 @@ SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, 
     from[1] = &m.normal;
     from[2] = &m.moved;
     for (k = 0; k < 3; k++) {
-        sums->sum[3 * k][i] = from[k]->x;
-        sums->sum[3 * k + 1][i] = from[k]->y;
-        sums->sum[3 * k + 2][i] = from[k]->z;
+        sums[springls__sum_at(3 * k, i)] = from[k]->x;
+        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;
+        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;
     }
-    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;
-    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;
+    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;
+    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;
 }
 
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     int i;
     for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);
+        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
         springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
         springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
@@ -5664,33 +5761,37 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
     X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
     X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
     X(plant, 512, SPRINGLS__SET_BITS)                                                               \
-    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
     X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
-    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \
     X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
     X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
-    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \
     X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
     X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \
-    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \
-    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \
     X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
-    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \
-    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \
-    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
     X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
     X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
-    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4)) \
-    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6))                                \
     X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
+
+/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
+#define SPRINGLS__BRICK_KERNELS(X) \
+    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \
+    X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \
+    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \
+    X(interface, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
+    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
+    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
+    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
+    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__ROWS) \
+    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS) \
+    X(with_sign, 64, SPRINGLS__BIT(PHI), 1) \
+    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7), \
+      SPRINGLS__SURFACE_FLOATS) \
+    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)
 
 /* Those whose loop is in lanes_*.h. */
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
@@ -6136,6 +6237,9 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+#define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
+    SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
+#undef SPRINGLS__BRICK_NUMBER
 #undef SPRINGLS__KERNEL_NUMBER
     SPRINGLS__KERNEL_COUNT
 } springls__kernel;
@@ -6145,12 +6249,20 @@ typedef struct springls__kernel_facts {
     void (*range)(const springls__model *model, springls__job job, int begin, int end);
     int grain;
     uint64_t writes;
+    bool brick; /* a work group does one */
 } springls__kernel_facts;
 
 #define SPRINGLS__RANGE(name)                                                                                            \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
     {                                                                                                                    \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+    }
+
+#define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        float memory[floats];                                                                                            \
+        for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
     }
 
 /* ======== >>lanes_relax  (src/lanes_relax.h) =================================================================== */
@@ -6489,11 +6601,17 @@ SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_stat
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
 #undef SPRINGLS__RANGE_OF
+#define SPRINGLS__BRICK_RANGE_OF(name, grain, writes, floats) SPRINGLS__BRICK_RANGE(name, floats)
+SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
+#undef SPRINGLS__BRICK_RANGE_OF
 
 static const springls__kernel_facts springls__kernels[] = {
-#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes },
+#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
+#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats) { #name, springls__##name##_range, grain, writes, true },
+    SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
+#undef SPRINGLS__BRICK_FACTS
 };
 
 typedef struct springls__range_job { const springls_context *ctx; const springls__kernel_facts *kernel; springls__job job; } springls__range_job;
@@ -6789,6 +6907,7 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
         g->bricks[axis] = (g->size[axis] + 7) / 8;
     }
     ctx->model.reference = *g;
+    ctx->model.group = springls__alone();
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__brick_count(g), 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__brick_count(g), 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
@@ -8417,7 +8536,7 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
     int i, x, y, z, k, m;
     for (i = 0; i < g->active_count; i++) {
         springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
                 for (x = range.lo[0]; x <= range.hi[0]; x++) {
@@ -9760,7 +9879,7 @@ SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
     double sum = 0.0, count = 0.0;
     int i, v, d;
     for (i = 0; i < g->active_count; i++) {
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             static const int next[3] = { 1, SPRINGLS__TILE, SPRINGLS__TILE * SPRINGLS__TILE };
             const float *c = tile + springls__tile_index(v & 7, v >> 3 & 7, v >> 6);
@@ -11033,6 +11152,7 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)bricks, sizeof(uint32_t), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)ctx->model.grid.slot_count, sizeof(int), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)bricks * SPRINGLS__CUBE_ROWS, sizeof(uint32_t), NULL));
     springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, springls__no_job());
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &mesh->triangle_count));
     SPRINGLS__TRY(springls__scan(ctx, 3, bricks, &mesh->vertex_count));
@@ -11040,7 +11160,7 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     corners = 3 * (size_t)mesh->triangle_count;
     SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)mesh->vertex_count, sizeof *mesh->positions, (void **)&mesh->positions));
     SPRINGLS__TRY(springls__scratch(ctx, 6, corners, sizeof *mesh->triangles, (void **)&mesh->triangles));
-    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__job_of(mesh->triangle_count));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH5, (size_t)mesh->vertex_count * sizeof *mesh->positions));
     return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, corners * sizeof *mesh->triangles);
 }
@@ -11332,6 +11452,9 @@ static const char *const springls__kernel_lines[] = {
     "  #pragma OPENCL FP_CONTRACT OFF\n",
     "  #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
+    "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
+    "  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)\n",
+    "  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
     "  /* springls_cl_desc.velocity_source, as advect.h calls it. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
@@ -11358,6 +11481,9 @@ static const char *const springls__kernel_lines[] = {
     "    #define SPRINGLS__MATHS static inline\n",
     "  #endif\n",
     "  #define SPRINGLS__GLOBAL\n",
+    "  #define SPRINGLS__LOCAL\n",
+    "  #define SPRINGLS__BARRIER (void)0\n",
+    "  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))\n",
     "  /* Never called: on the host it is a callback. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
@@ -11379,7 +11505,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1028 \"springls.h\"\n",
+    "#line 1034 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11522,7 +11648,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1172 \"springls.h\"\n",
+    "#line 1178 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11589,7 +11715,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1240 \"springls.h\"\n",
+    "#line 1246 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11660,6 +11786,21 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__SCRATCHES 8\n",
     "\n",
+    "/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */\n",
+    "#define SPRINGLS__ROWS 64\n",
+    "\n",
+    "typedef struct springls__group { int item, items; } springls__group;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__group springls__alone(void)\n",
+    "{\n",
+    "    springls__group group;\n",
+    "    group.item = 0;\n",
+    "    group.items = 1;\n",
+    "    return group;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }\n",
+    "\n",
     "typedef struct springls__model {\n",
     "    springls__constellation set;\n",
     "    springls__grid grid;\n",
@@ -11673,6 +11814,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
     "    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */\n",
     "    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */\n",
+    "    springls__group group;\n",
     "    springls_params params;\n",
     "} springls__model;\n",
     "\n",
@@ -11822,7 +11964,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1474 \"springls.h\"\n",
+    "#line 1496 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11929,36 +12071,29 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }\n",
     "\n",
-    "SPRINGLS__MATHS void springls__load_border_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], float *tile)\n",
+    "/* Each item of a group loads some of its rows; it is there for all when this returns. */\n",
+    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,\n",
+    "                                         SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    int x, y, z;\n",
-    "    for (z = -1; z <= 8; z++)\n",
-    "        for (y = -1; y <= 8; y++)\n",
-    "            for (x = -1; x <= 8; x++)\n",
-    "                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, float *tile)\n",
-    "{\n",
-    "    SPRINGLS__GLOBAL const float *inner;\n",
-    "    int origin[3], x, y, z;\n",
-    "    springls__slot_origin(g, slot, origin);\n",
-    "    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]\n",
-    "        || origin[2] + 9 > g->size[2]) {\n",
-    "        springls__load_border_tile(g, field, origin, tile);\n",
-    "        return;\n",
-    "    }\n",
-    "    for (z = -1; z <= 8; z++) {\n",
-    "        for (y = -1; y <= 8; y++) {\n",
-    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);\n",
-    "            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);\n",
-    "            float *out = tile + springls__tile_index(0, y, z);\n",
-    "            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];\n",
-    "            inner = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;\n",
-    "            for (x = 0; x < 8; x++) out[x] = inner[x];\n",
-    "            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];\n",
+    "    int o[3], row, x;\n",
+    "    bool border;\n",
+    "    springls__slot_origin(g, slot, o);\n",
+    "    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];\n",
+    "    SPRINGLS__BARRIER; /* whoever still reads what was in it */\n",
+    "    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {\n",
+    "        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;\n",
+    "        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;\n",
+    "        if (border) {\n",
+    "            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);\n",
+    "        } else {\n",
+    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);\n",
+    "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
+    "            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];\n",
+    "            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];\n",
     "        }\n",
     "    }\n",
+    "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
     "/* One voxel and its six neighbours. */\n",
@@ -11975,7 +12110,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)\n",
+    "SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    springls__cross7 v;\n",
     "    v.c = t[0];\n",
@@ -11991,41 +12126,44 @@ static const char *const springls__kernel_lines[] = {
     "/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */\n",
     "#define SPRINGLS__WIDE_MARGIN 3\n",
     "#define SPRINGLS__WIDE 14\n",
+    "#define SPRINGLS__WIDE_VOXELS 2744\n",
     "\n",
     "typedef struct springls__wide_tile {\n",
     "    const springls__grid *g;\n",
     "    SPRINGLS__GLOBAL const float *field;\n",
     "    int origin[3];\n",
-    "    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];\n",
+    "    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */\n",
     "} springls__wide_tile;\n",
     "\n",
-    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__wide_tile *tile)\n",
+    "/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work\n",
+    "   items must. */\n",
+    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,\n",
+    "                                              bool wanted, springls__wide_tile *tile)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN;\n",
-    "    int x, y, z;\n",
+    "    int x, row;\n",
     "    bool border = false;\n",
-    "    float *out = tile->value;\n",
     "    tile->g = g;\n",
     "    tile->field = field;\n",
     "    for (x = 0; x < 3; x++) {\n",
     "        tile->origin[x] = origin[x];\n",
     "        border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];\n",
     "    }\n",
-    "    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)\n",
-    "        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {\n",
-    "            if (border) {\n",
-    "                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);\n",
-    "            } else {\n",
-    "                SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
-    "                size_t row = (size_t)springls__voxel_in_brick(0, y, z);\n",
-    "                SPRINGLS__GLOBAL const float *lower = field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m;\n",
-    "                SPRINGLS__GLOBAL const float *own = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;\n",
-    "                SPRINGLS__GLOBAL const float *upper = field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row;\n",
-    "                for (x = 0; x < m; x++) out[x] = lower[x];\n",
-    "                for (x = 0; x < 8; x++) out[m + x] = own[x];\n",
-    "                for (x = 0; x < m; x++) out[m + 8 + x] = upper[x];\n",
-    "            }\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (row = group.item; wanted && row < SPRINGLS__WIDE * SPRINGLS__WIDE; row += group.items) {\n",
+    "        int y = origin[1] + row % SPRINGLS__WIDE - m, z = origin[2] + row / SPRINGLS__WIDE - m;\n",
+    "        SPRINGLS__LOCAL float *out = tile->value + SPRINGLS__WIDE * row;\n",
+    "        if (border) {\n",
+    "            for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);\n",
+    "        } else {\n",
+    "            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);\n",
+    "            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
+    "            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];\n",
+    "            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
+    "            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];\n",
     "        }\n",
+    "    }\n",
+    "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
     "/* Trilinear value at x, in voxels from the brick's first one. */\n",
@@ -12034,7 +12172,7 @@ static const char *const springls__kernel_lines[] = {
     "    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;\n",
     "    const float lower = (float)-m, upper = (float)(7 + m);\n",
     "    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];\n",
-    "    const float *t;\n",
+    "    SPRINGLS__LOCAL const float *t;\n",
     "    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {\n",
     "        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);\n",
     "        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));\n",
@@ -12062,7 +12200,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1715 \"springls.h\"\n",
+    "#line 1733 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -12138,17 +12276,30 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
     "                                         SPRINGLS__GLOBAL float *row);\n",
     "\n",
-    "/* Exact distance to the springls in active brick `index`, clamped at params.capture. */\n",
-    "SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int index)\n",
+    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "\n",
+    "/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture;\n",
-    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int origin[3], i, y, z;\n",
+    "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
+    "    int origin[3], v, y, z;\n",
     "    uint32_t k;\n",
-    "    springls__slot_origin(g, g->active[index], origin);\n",
-    "    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;\n",
-    "    for (k = model->cells.near_first[index]; k < model->cells.near_first[index + 1]; k++) {\n",
+    "    (void)job;\n",
+    "    (void)memory;\n",
+    "    SPRINGLS__BARRIER; /* all have read whether it is */\n",
+    "    if (!unknown) return;\n",
+    "    springls__slot_origin(g, g->active[i], origin);\n",
+    "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
+    "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
+    "    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
@@ -12160,21 +12311,9 @@ static const char *const springls__kernel_lines[] = {
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
-    "                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "                if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
     "    }\n",
-    "}\n",
-    "\n",
-    "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
-    "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
-    "{\n",
-    "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
-    "}\n",
-    "\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i)\n",
-    "{\n",
-    "    (void)job;\n",
-    "    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);\n",
     "}\n",
     "\n",
     "/* Voxel i of the two constant bricks: job.f, outside and inside. */\n",
@@ -12190,7 +12329,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1844 \"springls.h\"\n",
+    "#line 1863 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12308,7 +12447,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1963 \"springls.h\"\n",
+    "#line 1982 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12370,7 +12509,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2026 \"springls.h\"\n",
+    "#line 2045 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12568,7 +12707,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2225 \"springls.h\"\n",
+    "#line 2244 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12732,7 +12871,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2390 \"springls.h\"\n",
+    "#line 2409 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12758,7 +12897,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2417 \"springls.h\"\n",
+    "#line 2436 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12827,7 +12966,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2487 \"springls.h\"\n",
+    "#line 2506 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -12878,7 +13017,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2539 \"springls.h\"\n",
+    "#line 2558 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -13052,7 +13191,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2714 \"springls.h\"\n",
+    "#line 2733 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13173,7 +13312,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2836 \"springls.h\"\n",
+    "#line 2855 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -13306,7 +13445,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2970 \"springls.h\"\n",
+    "#line 2989 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13711,7 +13850,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3376 \"springls.h\"\n",
+    "#line 3395 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13805,7 +13944,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3471 \"springls.h\"\n",
+    "#line 3490 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -13904,7 +14043,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3571 \"springls.h\"\n",
+    "#line 3590 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -13917,15 +14056,21 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
     "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
-    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
+    "    const springls__group group = model->group;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float nearest = FLT_MAX;\n",
-    "    int v;\n",
+    "    float least = FLT_MAX;\n",
+    "    int row, v;\n",
     "    (void)job;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    nearest[group.item] = least;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
@@ -13975,16 +14120,18 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
-    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int v;\n",
+    "    int slot = g->top[i], row, v;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
     "    (void)job;\n",
-    "    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
-    "    else\n",
-    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;\n",
+    "    (void)memory;\n",
+    "    SPRINGLS__BARRIER; /* all know the slot */\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
@@ -13999,35 +14146,39 @@ static const char *const springls__kernel_lines[] = {
     "        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
     "}\n",
     "\n",
-    "/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a\n",
-    "   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
-    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)\n",
+    "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
+    "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const int b = job.i[0];\n",
+    "    const springls__group group = model->group;\n",
+    "    const int b = job.i[0], across = 8 / b;\n",
     "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + first;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
-    "    SPRINGLS__GLOBAL float *next = g->phi_next + first;\n",
-    "    uint8_t grew = 0;\n",
-    "    int o[3], x, y, z, i, j, k;\n",
+    "    float grew = 0.0f;\n",
+    "    int o[3], block, v;\n",
     "    springls__slot_origin(g, g->active[index], o);\n",
-    "    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];\n",
-    "    for (z = 0; z < 8; z += b)\n",
-    "        for (y = 0; y < 8; y += b)\n",
-    "            for (x = 0; x < 8; x += b) {\n",
-    "                float nearest = FLT_MAX;\n",
-    "                if (phi[x + 8 * y + 64 * z] > 0.0f || !springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) continue;\n",
-    "                for (k = z; k < z + b; k++)\n",
-    "                    for (j = y; j < y + b; j++)\n",
-    "                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
-    "                if (nearest <= SPRINGLS__SHELL) continue;\n",
-    "                grew = 1;\n",
-    "                for (k = z; k < z + b; k++)\n",
-    "                    for (j = y; j < y + b; j++)\n",
-    "                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;\n",
-    "            }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;\n",
+    "    for (block = group.item; block < across * across * across; block += group.items) {\n",
+    "        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;\n",
+    "        bool background = phi[x + 8 * y + 64 * z] > 0.0f;\n",
+    "        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {\n",
+    "            float nearest = FLT_MAX;\n",
+    "            for (k = z; k < z + b; k++)\n",
+    "                for (j = y; j < y + b; j++)\n",
+    "                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
+    "            background = nearest > SPRINGLS__SHELL;\n",
+    "            if (background) grew = 1.0f;\n",
+    "        }\n",
+    "        for (k = z; k < z + b; k++)\n",
+    "            for (j = y; j < y + b; j++)\n",
+    "                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;\n",
+    "    }\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    grown[group.item] = grew;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -14041,21 +14192,21 @@ static const char *const springls__kernel_lines[] = {
     "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
     "   sphere is at most half a voxel further than the nearest springl. */\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,\n",
-    "                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, float *side);\n",
+    "                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
-    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float side[SPRINGLS__BRICK_VOXELS];\n",
-    "    int y, z, v, o[3];\n",
+    "    int y, z, row, v, o[3];\n",
     "    uint32_t k;\n",
     "    (void)job;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
     "    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
@@ -14064,12 +14215,14 @@ static const char *const springls__kernel_lines[] = {
     "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++) {\n",
-    "                int row = 8 * y + 64 * z;\n",
-    "                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);\n",
+    "                v = 8 * y + 64 * z;\n",
+    "                if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);\n",
     "            }\n",
     "    }\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)\n",
-    "        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++)\n",
+    "            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
     "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
@@ -14079,16 +14232,18 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The side becomes the sign of the distance. */\n",
-    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
     "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
-    "    int v;\n",
+    "    int row, v;\n",
     "    (void)job;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
+    "    (void)memory;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3756 \"springls.h\"\n",
+    "#line 3791 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14120,34 +14275,32 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
-    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,\n",
+    "                                          SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* phi_next from phi and omega. */\n",
-    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;\n",
-    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];\n",
-    "    int x, y, z, d;\n",
+    "    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;\n",
+    "    float block[27];\n",
+    "    int row, x, d;\n",
     "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], phi);\n",
-    "    springls__load_tile(g, g->omega, g->active[i], omega);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) {\n",
-    "            int at = springls__tile_index(0, y, z);\n",
-    "            springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, phi);\n",
+    "    springls__load_tile(g, g->omega, g->active[i], model->group, omega);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        int at = springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        springls__evolve_row(phi + at, omega + at, width, step, out);\n",
+    "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
+    "            if (springls__fabs(phi[at + x]) > width) continue;\n",
+    "            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];\n",
+    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
     "        }\n",
-    "    if (lambda == 0.0f) return;\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++)\n",
-    "            for (x = 0; x < 8; x++) {\n",
-    "                if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;\n",
-    "                for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];\n",
-    "                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);\n",
-    "            }\n",
+    "    }\n",
     "}\n",
-    "#line 3816 \"springls.h\"\n",
+    "#line 3849 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14242,7 +14395,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3912 \"springls.h\"\n",
+    "#line 3945 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14313,33 +14466,31 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Rows of eight voxels; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
-    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int y, z;\n",
+    "    int row;\n",
     "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
     "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
-    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int y, z;\n",
+    "    int row;\n",
     "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
     "/* Which of the 27 bricks around (and including) a brick the band reaches. */\n",
@@ -14363,7 +14514,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4034 \"springls.h\"\n",
+    "#line 4065 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14418,38 +14569,38 @@ static const char *const springls__kernel_lines[] = {
     "    return near_by;\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */\n",
+    "/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its\n",
+    "   normal (0: none is near). */\n",
     "#define SPRINGLS__SUM_OFFSET 0\n",
     "#define SPRINGLS__SUM_NORMAL 3\n",
     "#define SPRINGLS__SUM_MOVED 6\n",
     "#define SPRINGLS__SUM_WEIGHT 9\n",
     "#define SPRINGLS__SUM_HEIGHT 10\n",
     "#define SPRINGLS__SUMS 11\n",
+    "#define SPRINGLS__NEAREST2 11\n",
+    "#define SPRINGLS__FACING 12\n",
+    "#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */\n",
     "\n",
-    "typedef struct springls__brick_sums {\n",
-    "    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */\n",
-    "    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */\n",
-    "    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];\n",
-    "} springls__brick_sums;\n",
+    "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
     "\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_load(const springls__brick_sums *sums, int i)\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)\n",
     "{\n",
     "    springls__moments m;\n",
-    "    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);\n",
-    "    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);\n",
-    "    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);\n",
-    "    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];\n",
-    "    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];\n",
+    "    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);\n",
+    "    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);\n",
+    "    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);\n",
+    "    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];\n",
+    "    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];\n",
     "    return m;\n",
     "}\n",
     "\n",
     "/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
     "\n",
     "/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);\n",
-    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
@@ -14459,7 +14610,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
     "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
-    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], bool nearest, springls__brick_sums *sums)\n",
+    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
     "    int y0, y1, z0, z1, y, z;\n",
@@ -14474,6 +14625,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (y = y0; y <= y1; y++) {\n",
     "            offset.y = (float)y - p.y;\n",
     "            if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
+    "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
     "            if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);\n",
     "            else springls__moments_row(s, offset, sums, 8 * y + 64 * z);\n",
     "        }\n",
@@ -14482,19 +14634,20 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
-    "                                            springls__brick_sums *sums)\n",
+    "                                            SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k, v;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
-    "    for (k = 0; k < 3; k++)\n",
-    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->facing[k][v] = 0.0f;\n",
-    "    for (k = 0; k < SPRINGLS__SUMS; k++)\n",
-    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->sum[k][v] = 0.0f;\n",
+    "    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)\n",
+    "        for (v = 8 * r; v < 8 * r + 8; v++) {\n",
+    "            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;\n",
+    "            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;\n",
+    "        }\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, true, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, false, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -14569,77 +14722,75 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */\n",
-    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__LOCAL float *sums = memory;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
+    "    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
     "    bool carry = job.i[0] != 0, some, at_edge;\n",
-    "    uint8_t in_doubt = 0;\n",
-    "    springls__brick_sums sums;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
-    "    int v, o[3];\n",
+    "    int row, v, o[3];\n",
+    "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
     "    at_edge = some && springls__near_edge(model, &near_by);\n",
-    "    if (some) springls__brick_sums_take(model, &near_by, o, &sums);\n",
-    "    if (some && carry) springls__load_wide_tile(g, g->phi, o, &tile);\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {\n",
-    "        out[v] = phi[v];\n",
-    "        if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {\n",
-    "            out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(&sums, v), carry, at_edge, phi[v]);\n",
-    "        } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
-    "            out[v] = springls__doubtful(phi[v], g->far_value);\n",
-    "            in_doubt = 1;\n",
+    "    if (model->group.item == 0) *in_doubt = 0;\n",
+    "    if (some) springls__brick_sums_take(model, &near_by, o, sums);\n",
+    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
+    "            out[v] = phi[v];\n",
+    "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {\n",
+    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);\n",
+    "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
+    "                out[v] = springls__doubtful(phi[v], g->far_value);\n",
+    "                *in_doubt = 1;\n",
+    "            }\n",
     "        }\n",
-    "    }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = in_doubt;\n",
     "}\n",
     "\n",
     "/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */\n",
-    "SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int y, z, v;\n",
-    "    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i]) {\n",
-    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = from[v];\n",
-    "        return;\n",
+    "    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;\n",
+    "    int row, v;\n",
+    "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
+    "            if (!in_doubt) out[v] = from[v];\n",
+    "            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);\n",
+    "        }\n",
     "    }\n",
-    "    springls__load_tile(g, g->phi_next, g->active[i], tile);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job.f[0], out + 8 * y + 64 * z);\n",
-    "    if (!job.i[0]) return;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);\n",
     "}\n",
     "\n",
     "/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */\n",
-    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int x, y, z, o[3];\n",
+    "    int row, x, o[3];\n",
     "    (void)job;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
-    "    for (z = 0; z < 8; z++)\n",
-    "        for (y = 0; y < 8; y++) {\n",
-    "            const float *phi = tile + springls__tile_index(0, y, z);\n",
-    "            SPRINGLS__GLOBAL float *row = out + 8 * y + 64 * z;\n",
-    "            if (!springls__specks_row(phi, row) || !model->params.nucleate) continue;\n",
-    "            for (x = 0; x < 8; x++) {\n",
-    "                springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));\n",
-    "                int n = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;\n",
-    "                if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) row[x] = phi[x];\n",
-    "            }\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
+    "        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);\n",
+    "        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;\n",
+    "        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;\n",
+    "        for (x = 0; x < 8; x++) {\n",
+    "            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));\n",
+    "            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;\n",
+    "            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];\n",
     "        }\n",
+    "    }\n",
     "}\n",
-    "#line 4311 \"springls.h\"\n",
+    "#line 4342 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -14796,11 +14947,20 @@ static const char *const springls__kernel_lines[] = {
     "    return range;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)\n",
+    "SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
     "    int c;\n",
     "    for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];\n",
+    "    return cell;\n",
+    "}\n",
+    "\n",
+    "/* The same cube from the grid itself: slower, without a tile. */\n",
+    "SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    springls__mc_cell cell;\n",
+    "    int c;\n",
+    "    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));\n",
     "    return cell;\n",
     "}\n",
     "\n",
@@ -14817,7 +14977,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4490 \"springls.h\"\n",
+    "#line 4530 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14942,7 +15102,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4616 \"springls.h\"\n",
+    "#line 4656 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14968,28 +15128,32 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__CUBES 729 /* a brick */\n",
     "\n",
     "/* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */\n",
-    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
     "    uint32_t count = 0u;\n",
-    "    int x, y, z, k;\n",
-    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);\n",
-    "    for (k = 0; k < SPRINGLS__CUBES; k++) exposed[k] = 0;\n",
-    "    for (z = range.lo[2]; z <= range.hi[2]; z++)\n",
-    "        for (y = range.lo[1]; y <= range.hi[1]; y++)\n",
-    "            for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
-    "                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
-    "                int mask = springls__mc_case(cell);\n",
-    "                for (k = 0; k < springls__mc_count(mask); k++) {\n",
-    "                    springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
-    "                    if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;\n",
-    "                    exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);\n",
-    "                    count++;\n",
-    "                }\n",
+    "    int x, y, z, k, row;\n",
+    "    if (model->group.item == 0) *total = 0u;\n",
+    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
+    "    for (row = model->group.item; row < 81; row += model->group.items) {\n",
+    "        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
+    "        y = row % 9 - 1;\n",
+    "        z = row / 9 - 1;\n",
+    "        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;\n",
+    "        for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
+    "            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
+    "            int mask = springls__mc_case(cell);\n",
+    "            for (k = 0; k < springls__mc_count(mask); k++) {\n",
+    "                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);\n",
+    "                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;\n",
+    "                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);\n",
+    "                count++;\n",
     "            }\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = count;\n",
+    "        }\n",
+    "    }\n",
+    "    if (count > 0u) SPRINGLS__ADD(total, count);\n",
     "}\n",
     "\n",
     "/* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */\n",
@@ -14998,15 +15162,11 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
     "    int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    bool loaded = false;\n",
     "    for (cube = 0; cube < SPRINGLS__CUBES; cube++) {\n",
     "        int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;\n",
     "        springls__mc_cell cell;\n",
     "        if (!exposed[cube]) continue;\n",
-    "        if (!loaded) springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);\n",
-    "        loaded = true;\n",
-    "        cell = springls__tile_cube(tile, x, y, z);\n",
+    "        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);\n",
     "        for (k = 0; k < 8; k++) {\n",
     "            springls__tri t;\n",
     "            springls__v3 p;\n",
@@ -15037,10 +15197,12 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4712 \"springls.h\"\n",
+    "#line 4752 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
+    "\n",
+    "#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */\n",
     "\n",
     "/* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */\n",
     "typedef uint32_t springls__cube;\n",
@@ -15066,6 +15228,12 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)\n",
     "{\n",
     "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];\n",
+    "}\n",
+    "\n",
+    "/* Triangles of a brick before each of its rows of cubes. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
     "}\n",
     "\n",
     "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
@@ -15116,7 +15284,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Which voxels of a row of a tile are inside, one bit each. */\n",
-    "SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)\n",
+    "SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)\n",
     "{\n",
     "    uint32_t signs = 0u;\n",
     "    int x;\n",
@@ -15124,47 +15292,85 @@ static const char *const springls__kernel_lines[] = {
     "    return signs;\n",
     "}\n",
     "\n",
-    "/* The case of the cube at x between four rows. */\n",
+    "/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */\n",
+    "SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])\n",
+    "{\n",
+    "    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 4; k++) {\n",
+    "        row[k] = (uint32_t)signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];\n",
+    "        all &= row[k];\n",
+    "        some |= row[k];\n",
+    "    }\n",
+    "    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;\n",
+    "}\n",
+    "\n",
+    "/* The case of the cube at x among them. */\n",
     "SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)\n",
     "{\n",
-    "    return (int)((row[0] >> (x + 1) & 3u) | (row[1] >> (x + 1) & 3u) << 2 | (row[2] >> (x + 1) & 3u) << 4 | (row[3] >> (x + 1) & 3u) << 6);\n",
+    "    uint32_t mask = 0u;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 4; k++) mask |= (row[k] >> (x + 1) & 3u) << 2 * k;\n",
+    "    return (int)mask;\n",
+    "}\n",
+    "\n",
+    "/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */\n",
+    "#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)\n",
+    "\n",
+    "/* A row of cubes of active brick i; vertices are counted from the row's begin. */\n",
+    "SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,\n",
+    "                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i) + 9 * n;\n",
+    "    const int y = n % 9 - 1, z = n / 9 - 1, *o = range->origin;\n",
+    "    uint32_t row[4], triangles = 0u, vertices = 0u, own;\n",
+    "    int x;\n",
+    "    for (x = 0; x < 9; x++) cubes[x] = 0u;\n",
+    "    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))\n",
+    "        for (x = range->lo[0]; x <= range->hi[0]; x++) {\n",
+    "            int mask = springls__case_between(row, x);\n",
+    "            if (springls__mc_count(mask) == 0) continue;\n",
+    "            own = springls__own_edges(&model->grid, o[0] + x, o[1] + y, o[2] + z, mask);\n",
+    "            cubes[x + 1] = (uint32_t)mask | own << 8 | vertices << 20;\n",
+    "            triangles += (uint32_t)springls__mc_count(mask);\n",
+    "            for (; own; own &= own - 1u) vertices++;\n",
+    "        }\n",
+    "    rows[n] = (float)triangles;\n",
+    "    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;\n",
     "}\n",
     "\n",
     "/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices\n",
-    "   they have. To SCRATCH4, for its slot: i. */\n",
-    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i)\n",
+    "   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */\n",
+    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    const springls__grid *g = &model->grid;\n",
+    "    const springls__group group = model->group;\n",
+    "    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;\n",
     "    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);\n",
-    "    springls__cube_range range = springls__brick_cubes(g, g->active[i]);\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    uint32_t signs[SPRINGLS__TILE * SPRINGLS__TILE], triangles = 0u, vertices = 0u;\n",
-    "    int x, y, z, k;\n",
+    "    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
+    "    int n, x, k;\n",
     "    (void)job;\n",
-    "    springls__load_tile(g, g->phi, g->active[i], tile);\n",
-    "    for (k = 0; k < SPRINGLS__TILE * SPRINGLS__TILE; k++) signs[k] = springls__signs_of_row(tile + SPRINGLS__TILE * k);\n",
-    "    for (k = 0; k < SPRINGLS__CUBES; k++) cubes[k] = 0u;\n",
-    "    for (z = range.lo[2]; z <= range.hi[2]; z++)\n",
-    "        for (y = range.lo[1]; y <= range.hi[1]; y++) {\n",
-    "            uint32_t row[4], all = (1u << SPRINGLS__TILE) - 1u, some = 0u, own;\n",
-    "            for (k = 0; k < 4; k++) {\n",
-    "                row[k] = signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];\n",
-    "                all &= row[k];\n",
-    "                some |= row[k];\n",
-    "            }\n",
-    "            if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) continue;\n",
-    "            for (x = range.lo[0]; x <= range.hi[0]; x++) {\n",
-    "                int mask = springls__case_between(row, x);\n",
-    "                if (springls__mc_count(mask) == 0) continue;\n",
-    "                own = springls__own_edges(g, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, mask);\n",
-    "                cubes[springls__cube_index(x, y, z)] = (uint32_t)mask | own << 8 | vertices << 20;\n",
-    "                triangles += (uint32_t)springls__mc_count(mask);\n",
-    "                for (; own; own &= own - 1u) vertices++;\n",
-    "            }\n",
+    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);\n",
+    "    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)\n",
+    "        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) springls__count_row(model, &range, i, n, signs, rows);\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (k = 0; k < 2 && group.item == 0; k++) { /* sums of the rows before */\n",
+    "        float sum = 0.0f;\n",
+    "        for (n = k * SPRINGLS__CUBE_ROWS; n < (k + 1) * SPRINGLS__CUBE_ROWS; n++) {\n",
+    "            float one = rows[n];\n",
+    "            rows[n] = sum;\n",
+    "            sum += one;\n",
     "        }\n",
-    "    springls__triangles_before(model)[i] = triangles;\n",
-    "    springls__vertices_before(model)[i] = vertices;\n",
-    "    ((SPRINGLS__GLOBAL int *)model->scratch[4])[g->active[i]] = i;\n",
+    "        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;\n",
+    "    }\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;\n",
+    "    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {\n",
+    "        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];\n",
+    "        for (x = 0; x < 9; x++)\n",
+    "            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;\n",
+    "    }\n",
     "}\n",
     "\n",
     "/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */\n",
@@ -15184,36 +15390,47 @@ static const char *const springls__kernel_lines[] = {
     "    return number;\n",
     "}\n",
     "\n",
-    "/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6. */\n",
-    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i)\n",
+    "/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */\n",
+    "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,\n",
+    "                                            springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];\n",
+    "    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;\n",
+    "    const int mask = springls__cube_case(cube), *o = range->origin;\n",
+    "    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;\n",
+    "    uint32_t seen = 0u;\n",
+    "    for (k = 0; k < 3 * springls__mc_count(mask); k++) {\n",
+    "        int edge = springls__mc_edge(mask, 0, k);\n",
+    "        if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {\n",
+    "            positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);\n",
+    "            vertex[edge] = place++;\n",
+    "        } else if (!(seen >> edge & 1u)) {\n",
+    "            vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);\n",
+    "        }\n",
+    "        seen |= 1u << edge;\n",
+    "        corners[k] = vertex[edge];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Vertices and triangles of active brick i; job.i[0]: all triangles. */\n",
+    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);\n",
-    "    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];\n",
-    "    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)springls__triangles_before(model)[i];\n",
+    "    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;\n",
     "    springls__cube_range range = springls__brick_cubes(g, g->active[i]);\n",
-    "    float tile[SPRINGLS__TILE_VOXELS];\n",
-    "    int place = (int)springls__vertices_before(model)[i], vertex[12], n, k;\n",
-    "    bool loaded = false;\n",
-    "    (void)job;\n",
-    "    for (n = 0; n < SPRINGLS__CUBES; n++) {\n",
-    "        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]), *o = range.origin;\n",
-    "        springls__mc_cell cell;\n",
-    "        uint32_t seen = 0u;\n",
-    "        if (cubes[n] == 0u) continue;\n",
-    "        if (!loaded) springls__load_tile(g, g->phi, g->active[i], tile);\n",
-    "        loaded = true;\n",
-    "        cell = springls__tile_cube(tile, x, y, z);\n",
-    "        for (k = 0; k < 3 * springls__mc_count(mask); k++) {\n",
-    "            int edge = springls__mc_edge(mask, 0, k);\n",
-    "            if (!(seen >> edge & 1u) && springls__cube_owns(cubes[n], edge)) {\n",
-    "                positions[place] = springls__cube_vertex(&range, cell, x, y, z, edge);\n",
-    "                vertex[edge] = place++;\n",
-    "            } else if (!(seen >> edge & 1u)) {\n",
-    "                vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);\n",
-    "            }\n",
-    "            seen |= 1u << edge;\n",
-    "            *corner++ = vertex[edge];\n",
+    "    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];\n",
+    "    int n, x;\n",
+    "    if (end == before[0]) return;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (n = model->group.item; n < SPRINGLS__CUBE_ROWS; n += model->group.items) {\n",
+    "        uint32_t first = before[0] + springls__triangles_of_rows(model, i)[n];\n",
+    "        const int y = n % 9 - 1, z = n / 9 - 1;\n",
+    "        for (x = -1; x < 8; x++) {\n",
+    "            springls__cube cube = cubes[springls__cube_index(x, y, z)];\n",
+    "            if (cube == 0u) continue;\n",
+    "            springls__surface_cube(model, &range, i, x, y, z, springls__tile_cube(tile, x, y, z), cube, first);\n",
+    "            first += (uint32_t)springls__mc_count(springls__cube_case(cube));\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -15236,7 +15453,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 4912 \"springls.h\"\n",
+    "#line 5009 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15476,7 +15693,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5153 \"springls.h\"\n",
+    "#line 5250 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15507,7 +15724,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5185 \"springls.h\"\n",
+    "#line 5282 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15547,7 +15764,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
     "   sphere is at most half a voxel further than the nearest springl. */\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, float *side)\n",
+    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
@@ -15568,7 +15785,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;\n",
     "\n",
-    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)\n",
+    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    springls__vec_cross7 v;\n",
     "    v.c = springls__vec_load(t);\n",
@@ -15588,7 +15805,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
-    "SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
     "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
@@ -15605,7 +15822,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
@@ -15645,7 +15862,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Is one of the 26 neighbours on the other side? */\n",
-    "SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)\n",
+    "SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;\n",
     "    springls__vmask inside = c < 0.0f;\n",
@@ -15659,7 +15876,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */\n",
-    "SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
     "    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;\n",
@@ -15674,7 +15891,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, d);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);\n",
@@ -15693,7 +15910,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
     "\n",
-    "SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
     "    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));\n",
@@ -15707,14 +15924,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);\n",
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5393 \"springls.h\"\n",
+    "#line 5490 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -15722,34 +15939,34 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
-    "SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)\n",
+    "SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)\n",
     "{\n",
     "    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
     "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
-    "        springls__vec best = springls__vec_load(sums->nearest2 + i);\n",
+    "        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));\n",
     "        springls__vmask nearer = d2 < best;\n",
     "        if (!springls__vmask_any(nearer)) continue;\n",
-    "        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));\n",
-    "        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);\n",
-    "        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);\n",
-    "        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);\n",
+    "        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));\n",
+    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);\n",
+    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);\n",
+    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)\n",
+    "SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
     "{\n",
-    "    float *at = &sums->sum[member][i];\n",
+    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
     "    springls__vec_store(at, springls__vec_load(at) + value);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
@@ -15759,8 +15976,8 @@ static const char *const springls__kernel_lines[] = {
     "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
     "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
     "        if (!springls__vmask_any(w > zero)) continue;\n",
-    "        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y\n",
-    "              + springls__vec_load(sums->facing[2] + i) * s.n.z;\n",
+    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
+    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
     "        w = w * w;\n",
     "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
@@ -15783,7 +16000,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__settled; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
@@ -15807,7 +16024,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__without_speck; true when there was one. */\n",
-    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
     "    int i;\n",
@@ -15822,7 +16039,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5502 \"springls.h\"\n",
+    "#line 5599 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -15855,7 +16072,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, float *side)\n",
+    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -15865,7 +16082,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -15875,7 +16092,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Is one of the 26 neighbours on the other side? */\n",
-    "SPRINGLS__MATHS bool springls__touches(const float *t)\n",
+    "SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 27; i++)\n",
@@ -15883,7 +16100,7 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -15894,13 +16111,13 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
     "    int i;\n",
@@ -15911,21 +16128,21 @@ static const char *const springls__kernel_lines[] = {
     "    return some;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i++) {\n",
     "        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);\n",
-    "        if (d2 >= sums->nearest2[i]) continue;\n",
-    "        sums->nearest2[i] = d2;\n",
-    "        sums->facing[0][i] = s.n.x;\n",
-    "        sums->facing[1][i] = s.n.y;\n",
-    "        sums->facing[2][i] = s.n.z;\n",
+    "        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;\n",
+    "        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;\n",
+    "        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;\n",
+    "        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;\n",
+    "        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)\n",
+    "SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)\n",
     "{\n",
     "    const springls__v3 *from[3];\n",
     "    int k;\n",
@@ -15933,32 +16150,32 @@ static const char *const springls__kernel_lines[] = {
     "    from[1] = &m.normal;\n",
     "    from[2] = &m.moved;\n",
     "    for (k = 0; k < 3; k++) {\n",
-    "        sums->sum[3 * k][i] = from[k]->x;\n",
-    "        sums->sum[3 * k + 1][i] = from[k]->y;\n",
-    "        sums->sum[3 * k + 2][i] = from[k]->z;\n",
+    "        sums[springls__sum_at(3 * k, i)] = from[k]->x;\n",
+    "        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;\n",
+    "        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;\n",
     "    }\n",
-    "    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;\n",
-    "    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;\n",
+    "    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;\n",
+    "    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
     "{\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i++) {\n",
-    "        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);\n",
+    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
     "        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);\n",
     "        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);\n",
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5639 \"springls.h\"\n",
+    "#line 5736 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -15987,33 +16204,37 @@ static const char *const springls__kernel_lines[] = {
     "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
     "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
     "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                               \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
     "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
-    "    X(omega, 4, SPRINGLS__BIT(OMEGA))                                                               \\\n",
-    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
     "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
     "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
-    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT))                                                        \\\n",
-    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT))                                                       \\\n",
     "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
     "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                \\\n",
-    "    X(settle, 8, SPRINGLS__BIT(OMEGA))                                                              \\\n",
-    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT))                                                           \\\n",
-    "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \\\n",
     "    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \\\n",
-    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \\\n",
-    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \\\n",
-    "    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \\\n",
-    "    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \\\n",
     "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
     "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \\\n",
-    "    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4)) \\\n",
-    "    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6))                                \\\n",
     "    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))\n",
+    "\n",
+    "/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */\n",
+    "#define SPRINGLS__BRICK_KERNELS(X) \\\n",
+    "    X(exposure, 4, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1) \\\n",
+    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(interface, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
+    "    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \\\n",
+    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \\\n",
+    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__ROWS) \\\n",
+    "    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS) \\\n",
+    "    X(with_sign, 64, SPRINGLS__BIT(PHI), 1) \\\n",
+    "    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7), \\\n",
+    "      SPRINGLS__SURFACE_FLOATS) \\\n",
+    "    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)\n",
     "\n",
     "/* Those whose loop is in lanes_*.h. */\n",
     "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
@@ -16032,7 +16253,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16036 \"springls.h\"\n",
+    "#line 16257 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16446,15 +16667,13 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16450 \"springls.h\"\n",
+    "#line 16671 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
     "/* ---- regions (src/unsigned_to_signed.h): labels are joined by union-find ----\n",
     "   Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a\n",
     "   smaller number in its region, or itself; in the end the smallest, the root. -1: not in a region. */\n",
-    "\n",
-    "#define SPRINGLS__ROWS 64 /* of eight voxels, in a brick */\n",
     "\n",
     "typedef struct springls__regions {\n",
     "    const springls__model *model;\n",
@@ -16646,27 +16865,44 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16650 \"springls.h\"\n",
+    "#line 16869 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
     "#define SPRINGLS__MEMBER(name, type, block, member) model.member = name;\n",
     "\n",
-    "/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`, `grain` of them a work item. */\n",
-    "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                              \\\n",
+    "#define SPRINGLS__BEGIN(first)                                                                                                   \\\n",
+    "    springls__model model;                                                                                                       \\\n",
+    "    int i = (first) * grain, end = springls__imin(i + grain, count);                                                             \\\n",
+    "    SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                           \\\n",
+    "    springls__shape_set(&model, shape);                                                                                          \\\n",
+    "    model.params = params;\n",
+    "\n",
+    "/* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */\n",
+    "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \\\n",
     "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
     "                                         springls__job job, int count, int grain)                                                \\\n",
     "    {                                                                                                                            \\\n",
-    "        springls__model model;                                                                                                   \\\n",
-    "        int i = (int)get_global_id(0) * grain, end = springls__imin(i + grain, count);                                           \\\n",
-    "        SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                       \\\n",
-    "        springls__shape_set(&model, shape);                                                                                      \\\n",
-    "        model.params = params;                                                                                                   \\\n",
+    "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
+    "        model.group = springls__alone();                                                                                         \\\n",
     "        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i);                                                  \\\n",
+    "    }\n",
+    "\n",
+    "/* ... or a work group. */\n",
+    "#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \\\n",
+    "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
+    "                                         springls__job job, int count, int grain)                                                \\\n",
+    "    {                                                                                                                            \\\n",
+    "        __local float memory[floats];                                                                                            \\\n",
+    "        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \\\n",
+    "        model.group.item = (int)get_local_id(0);                                                                                 \\\n",
+    "        model.group.items = (int)get_local_size(0);                                                                              \\\n",
+    "        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i, memory);                                          \\\n",
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)\n",
+    "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
     "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",

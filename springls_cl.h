@@ -34,6 +34,7 @@ typedef struct springls_cl_desc {
     void *device;             /* cl_device_id in that context; NULL: its first                                   */
     void *queue;              /* cl_command_queue of the caller, in order, retained; NULL: a new one             */
     const char *library;      /* file name of the OpenCL library; NULL: the system's                             */
+    int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor          */
     springls_velocity_fn velocity; /* a force callback ... */
     const char *velocity_source;   /* ... and the same in OpenCL C, which is run instead of it on the device:
                                       float3 springls_velocity(float3 x, float time, __global const float *user) */
@@ -159,6 +160,7 @@ typedef struct springls__cl {
     cl_kernel kernels[SPRINGLS__KERNEL_COUNT + SPRINGLS__COLLECTIVE_COUNT]; /* those of the table, then collectives   */
     springls_cl_counts counts;
     bool exact, gpu;
+    size_t group;           /* work items that share a brick                                                     */
     char device_name[256];
 #define SPRINGLS__CL_POINTER(name, result, arguments) result (CL_API_CALL *name) arguments;
     SPRINGLS__CL_FUNCTIONS(SPRINGLS__CL_POINTER)
@@ -262,20 +264,23 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
 }
 
 /* A core takes as many elements as a task of the scalar backend has, a GPU's work item one. */
-SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count, springls__job job)
+SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count, springls__job job,
+                                                 bool brick)
 {
     springls__cl *cl = springls__cl_of(ctx);
-    size_t items, one = 1;
+    size_t items, group = brick ? cl->group : 1;
     if (cl->gpu) grain = 1;
-    items = ((size_t)count + (size_t)grain - 1) / (size_t)grain;
+    items = group * (((size_t)count + (size_t)grain - 1) / (size_t)grain);
     SPRINGLS__TRY(springls__cl_check(ctx, springls__cl_arguments(cl, kernel, ctx, job, count, grain), name));
     cl->counts.kernels++;
-    return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, cl->gpu ? NULL : &one, 0, NULL, NULL), name);
+    return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, cl->gpu && !brick ? NULL : &group, 0, NULL, NULL),
+                              name);
 }
 
 SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__job job)
 {
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], springls__kernels[kernel].name, springls__kernels[kernel].grain, count, job);
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], springls__kernels[kernel].name, springls__kernels[kernel].grain, count, job,
+                              springls__kernels[kernel].brick);
 }
 
 /* ---- collectives: sequences of the kernels of collect.cl ---- */
@@ -284,7 +289,7 @@ SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springl
 {
     const springls__collective_facts *facts = &springls__collectives[collective];
     if (count <= 0) return SPRINGLS_OK;
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[SPRINGLS__KERNEL_COUNT + collective], facts->name, facts->grain, count, job);
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[SPRINGLS__KERNEL_COUNT + collective], facts->name, facts->grain, count, job, false);
 }
 
 /* Arrays that collectives are about to use are on the device, as large as they have to be; what they write is only there. */
@@ -568,6 +573,7 @@ SPRINGLS__FN void springls__cl_describe(springls__cl *cl)
     cl->GetDeviceInfo(cl->device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
     snprintf(cl->device_name, sizeof cl->device_name, "%s: %s", platform, device);
     cl->gpu = (type & CL_DEVICE_TYPE_CPU) == 0;
+    if (cl->group == 0) cl->group = cl->gpu ? SPRINGLS__ROWS : 1;
     cl->exact = (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) && (config & CL_FP_DENORM);
 }
 
@@ -666,10 +672,12 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     if (!desc) desc = &none;
     if (!out) return SPRINGLS_INVALID_ARGUMENT;
     *out = NULL;
-    if ((int)desc->kind < SPRINGLS_CL_ANY || desc->kind > SPRINGLS_CL_CPU) return SPRINGLS_INVALID_ARGUMENT;
+    if ((int)desc->kind < SPRINGLS_CL_ANY || desc->kind > SPRINGLS_CL_CPU || desc->brick_items < 0 || desc->brick_items > SPRINGLS__ROWS)
+        return SPRINGLS_INVALID_ARGUMENT;
     cl = (springls__cl *)calloc(1, sizeof *cl);
     if (!cl) return SPRINGLS_OUT_OF_MEMORY;
     cl->logger = desc->logger;
+    cl->group = (size_t)desc->brick_items;
     cl->base.resize = springls__cl_resize;
     cl->base.release = springls__cl_release;
     cl->base.transfer = springls__cl_transfer;

@@ -7,6 +7,9 @@
   #pragma OPENCL FP_CONTRACT OFF
   #define SPRINGLS__MATHS   static inline      /* a function of the shared maths        */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
+  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
+  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
+  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
   /* springls_cl_desc.velocity_source, as advect.h calls it. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
@@ -33,6 +36,9 @@
     #define SPRINGLS__MATHS static inline
   #endif
   #define SPRINGLS__GLOBAL
+  #define SPRINGLS__LOCAL
+  #define SPRINGLS__BARRIER (void)0
+  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
   /* Never called: on the host it is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \

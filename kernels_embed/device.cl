@@ -5,8 +5,6 @@
    Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a
    smaller number in its region, or itself; in the end the smallest, the root. -1: not in a region. */
 
-#define SPRINGLS__ROWS 64 /* of eight voxels, in a brick */
-
 typedef struct springls__regions {
     const springls__model *model;
     __global int *label;

@@ -29,30 +29,28 @@ SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cro
 }
 
 /* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,
+                                          SPRINGLS__GLOBAL float *out);
 
 /* phi_next from phi and omega. */
-SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float width = model->params.evolve_width, step = model->params.evolve_step, lambda = model->params.curvature;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float phi[SPRINGLS__TILE_VOXELS], omega[SPRINGLS__TILE_VOXELS], block[27];
-    int x, y, z, d;
+    SPRINGLS__LOCAL float *phi = memory, *omega = memory + SPRINGLS__TILE_VOXELS;
+    float block[27];
+    int row, x, d;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], phi);
-    springls__load_tile(g, g->omega, g->active[i], omega);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            int at = springls__tile_index(0, y, z);
-            springls__evolve_row(phi + at, omega + at, width, step, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, phi);
+    springls__load_tile(g, g->omega, g->active[i], model->group, omega);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        int at = springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        springls__evolve_row(phi + at, omega + at, width, step, out);
+        for (x = 0; x < 8 && lambda != 0.0f; x++) {
+            if (springls__fabs(phi[at + x]) > width) continue;
+            for (d = 0; d < 27; d++) block[d] = phi[at + x + d % 3 - 1 + SPRINGLS__TILE * (d / 3 % 3 - 1 + SPRINGLS__TILE * (d / 9 - 1))];
+            out[x] += step * lambda * springls__curvature_motion(block);
         }
-    if (lambda == 0.0f) return;
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++)
-            for (x = 0; x < 8; x++) {
-                if (springls__fabs(phi[springls__tile_index(x, y, z)]) > width) continue;
-                for (d = 0; d < 27; d++) block[d] = phi[springls__tile_index(x + d % 3 - 1, y + d / 3 % 3 - 1, z + d / 9 - 1)];
-                out[x + 8 * y + 64 * z] += step * lambda * springls__curvature_motion(block);
-            }
+    }
 }

@@ -23,28 +23,32 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
 #define SPRINGLS__CUBES 729 /* a brick */
 
 /* To SCRATCH1: one bit a triangle in [CUBES * brick + cube]; to SCRATCH2: how many of a brick are exposed. job.f: covered, on_sheets. */
-SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     SPRINGLS__GLOBAL uint8_t *exposed = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+    SPRINGLS__GLOBAL uint32_t *total = (SPRINGLS__GLOBAL uint32_t *)model->scratch[2] + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
     uint32_t count = 0u;
-    int x, y, z, k;
-    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
-    for (k = 0; k < SPRINGLS__CUBES; k++) exposed[k] = 0;
-    for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++)
-            for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                int mask = springls__mc_case(cell);
-                for (k = 0; k < springls__mc_count(mask); k++) {
-                    springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
-                    if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
-                    exposed[x + 1 + 9 * (y + 1 + 9 * (z + 1))] |= (uint8_t)(1 << k);
-                    count++;
-                }
+    int x, y, z, k, row;
+    if (model->group.item == 0) *total = 0u;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
+    for (row = model->group.item; row < 81; row += model->group.items) {
+        for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
+        y = row % 9 - 1;
+        z = row / 9 - 1;
+        if (y < range.lo[1] || y > range.hi[1] || z < range.lo[2] || z > range.hi[2]) continue;
+        for (x = range.lo[0]; x <= range.hi[0]; x++) {
+            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+            int mask = springls__mc_case(cell);
+            for (k = 0; k < springls__mc_count(mask); k++) {
+                springls__tri t = springls__cube_triangle(&range, cell, mask, x, y, z, k);
+                if (!springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), job.f[0], job.f[1])) continue;
+                exposed[9 * row + x + 1] |= (uint8_t)(1 << k);
+                count++;
             }
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[2])[i] = count;
+        }
+    }
+    if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
 /* The exposed triangles of one brick as springls that belong where they are, from place SCRATCH2[i] on, job.i[0] in all. */
@@ -53,15 +57,11 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
     SPRINGLS__GLOBAL const uint8_t *exposed = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
     int at = (int)((SPRINGLS__GLOBAL const uint32_t *)model->scratch[2])[i], cube, k;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
-    bool loaded = false;
     for (cube = 0; cube < SPRINGLS__CUBES; cube++) {
         int x = cube % 9 - 1, y = cube / 9 % 9 - 1, z = cube / 81 - 1;
         springls__mc_cell cell;
         if (!exposed[cube]) continue;
-        if (!loaded) springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], tile);
-        loaded = true;
-        cell = springls__tile_cube(tile, x, y, z);
+        cell = springls__grid_cube(&model->grid, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z);
         for (k = 0; k < 8; k++) {
             springls__tri t;
             springls__v3 p;

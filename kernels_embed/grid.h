@@ -104,36 +104,29 @@ SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SP
 
 SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
 
-SPRINGLS__MATHS void springls__load_border_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], float *tile)
+/* Each item of a group loads some of its rows; it is there for all when this returns. */
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,
+                                         SPRINGLS__LOCAL float *tile)
 {
-    int x, y, z;
-    for (z = -1; z <= 8; z++)
-        for (y = -1; y <= 8; y++)
-            for (x = -1; x <= 8; x++)
-                tile[springls__tile_index(x, y, z)] = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
-}
-
-SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, float *tile)
-{
-    SPRINGLS__GLOBAL const float *inner;
-    int origin[3], x, y, z;
-    springls__slot_origin(g, slot, origin);
-    if (origin[0] == 0 || origin[1] == 0 || origin[2] == 0 || origin[0] + 9 > g->size[0] || origin[1] + 9 > g->size[1]
-        || origin[2] + 9 > g->size[2]) {
-        springls__load_border_tile(g, field, origin, tile);
-        return;
-    }
-    for (z = -1; z <= 8; z++) {
-        for (y = -1; y <= 8; y++) {
-            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
-            size_t row = (size_t)springls__voxel_in_brick(0, origin[1] + y, origin[2] + z);
-            float *out = tile + springls__tile_index(0, y, z);
-            out[-1] = field[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 7];
-            inner = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
-            for (x = 0; x < 8; x++) out[x] = inner[x];
-            out[8] = field[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + row];
+    int o[3], row, x;
+    bool border;
+    springls__slot_origin(g, slot, o);
+    border = o[0] == 0 || o[1] == 0 || o[2] == 0 || o[0] + 9 > g->size[0] || o[1] + 9 > g->size[1] || o[2] + 9 > g->size[2];
+    SPRINGLS__BARRIER; /* whoever still reads what was in it */
+    for (row = group.item; row < SPRINGLS__TILE * SPRINGLS__TILE; row += group.items) {
+        int y = o[1] + row % SPRINGLS__TILE - 1, z = o[2] + row / SPRINGLS__TILE - 1;
+        SPRINGLS__LOCAL float *out = tile + SPRINGLS__TILE * row;
+        if (border) {
+            for (x = 0; x < SPRINGLS__TILE; x++) out[x] = springls__grid_phi(g, field, o[0] + x - 1, y, z);
+        } else {
+            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, o[0], y, z);
+            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+            out[0] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + 7];
+            for (x = 0; x < 8; x++) out[x + 1] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            out[9] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS];
         }
     }
+    SPRINGLS__BARRIER;
 }
 
 /* One voxel and its six neighbours. */
@@ -150,7 +143,7 @@ SPRINGLS__MATHS float springls__most(springls__cross7 v)
     return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
 }
 
-SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)
+SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
 {
     springls__cross7 v;
     v.c = t[0];
@@ -166,41 +159,44 @@ SPRINGLS__MATHS springls__cross7 springls__tile_cross(const float *t)
 /* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
 #define SPRINGLS__WIDE_MARGIN 3
 #define SPRINGLS__WIDE 14
+#define SPRINGLS__WIDE_VOXELS 2744
 
 typedef struct springls__wide_tile {
     const springls__grid *g;
     SPRINGLS__GLOBAL const float *field;
     int origin[3];
-    float value[SPRINGLS__WIDE * SPRINGLS__WIDE * SPRINGLS__WIDE];
+    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
 } springls__wide_tile;
 
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__wide_tile *tile)
+/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
+   items must. */
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,
+                                              bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
-    int x, y, z;
+    int x, row;
     bool border = false;
-    float *out = tile->value;
     tile->g = g;
     tile->field = field;
     for (x = 0; x < 3; x++) {
         tile->origin[x] = origin[x];
         border = border || origin[x] == 0 || origin[x] + 8 + m > g->size[x];
     }
-    for (z = origin[2] - m; z < origin[2] + 8 + m; z++)
-        for (y = origin[1] - m; y < origin[1] + 8 + m; y++, out += SPRINGLS__WIDE) {
-            if (border) {
-                for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
-            } else {
-                SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
-                size_t row = (size_t)springls__voxel_in_brick(0, y, z);
-                SPRINGLS__GLOBAL const float *lower = field + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + row + 8 - m;
-                SPRINGLS__GLOBAL const float *own = field + (size_t)top[0] * SPRINGLS__BRICK_VOXELS + row;
-                SPRINGLS__GLOBAL const float *upper = field + (size_t)top[1] * SPRINGLS__BRICK_VOXELS + row;
-                for (x = 0; x < m; x++) out[x] = lower[x];
-                for (x = 0; x < 8; x++) out[m + x] = own[x];
-                for (x = 0; x < m; x++) out[m + 8 + x] = upper[x];
-            }
+    SPRINGLS__BARRIER;
+    for (row = group.item; wanted && row < SPRINGLS__WIDE * SPRINGLS__WIDE; row += group.items) {
+        int y = origin[1] + row % SPRINGLS__WIDE - m, z = origin[2] + row / SPRINGLS__WIDE - m;
+        SPRINGLS__LOCAL float *out = tile->value + SPRINGLS__WIDE * row;
+        if (border) {
+            for (x = 0; x < SPRINGLS__WIDE; x++) out[x] = springls__grid_phi(g, field, origin[0] - m + x, y, z);
+        } else {
+            SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], y, z);
+            SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
+            for (x = 0; x < m; x++) out[x] = in[(size_t)top[-1] * SPRINGLS__BRICK_VOXELS + (size_t)(8 - m + x)];
+            for (x = 0; x < 8; x++) out[m + x] = in[(size_t)top[0] * SPRINGLS__BRICK_VOXELS + (size_t)x];
+            for (x = 0; x < m; x++) out[m + 8 + x] = in[(size_t)top[1] * SPRINGLS__BRICK_VOXELS + (size_t)x];
         }
+    }
+    SPRINGLS__BARRIER;
 }
 
 /* Trilinear value at x, in voxels from the brick's first one. */
@@ -209,7 +205,7 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
     const float lower = (float)-m, upper = (float)(7 + m);
     float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
-    const float *t;
+    SPRINGLS__LOCAL const float *t;
     if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
         springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
         return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));

@@ -2,6 +2,8 @@
    cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
    own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
 
+#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */
+
 /* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */
 typedef uint32_t springls__cube;
 
@@ -26,6 +28,12 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const spri
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
 {
     return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+}
+
+/* Triangles of a brick before each of its rows of cubes. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
 }
 
 /* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
@@ -76,7 +84,7 @@ SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int
 }
 
 /* Which voxels of a row of a tile are inside, one bit each. */
-SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)
+SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
 {
     uint32_t signs = 0u;
     int x;
@@ -84,47 +92,85 @@ SPRINGLS__MATHS uint32_t springls__signs_of_row(const float *row)
     return signs;
 }
 
-/* The case of the cube at x between four rows. */
+/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */
+SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
+{
+    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
+    int k;
+    for (k = 0; k < 4; k++) {
+        row[k] = (uint32_t)signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
+        all &= row[k];
+        some |= row[k];
+    }
+    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
+}
+
+/* The case of the cube at x among them. */
 SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
 {
-    return (int)((row[0] >> (x + 1) & 3u) | (row[1] >> (x + 1) & 3u) << 2 | (row[2] >> (x + 1) & 3u) << 4 | (row[3] >> (x + 1) & 3u) << 6);
+    uint32_t mask = 0u;
+    int k;
+    for (k = 0; k < 4; k++) mask |= (row[k] >> (x + 1) & 3u) << 2 * k;
+    return (int)mask;
+}
+
+/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */
+#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)
+
+/* A row of cubes of active brick i; vertices are counted from the row's begin. */
+SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,
+                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)
+{
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i) + 9 * n;
+    const int y = n % 9 - 1, z = n / 9 - 1, *o = range->origin;
+    uint32_t row[4], triangles = 0u, vertices = 0u, own;
+    int x;
+    for (x = 0; x < 9; x++) cubes[x] = 0u;
+    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))
+        for (x = range->lo[0]; x <= range->hi[0]; x++) {
+            int mask = springls__case_between(row, x);
+            if (springls__mc_count(mask) == 0) continue;
+            own = springls__own_edges(&model->grid, o[0] + x, o[1] + y, o[2] + z, mask);
+            cubes[x + 1] = (uint32_t)mask | own << 8 | vertices << 20;
+            triangles += (uint32_t)springls__mc_count(mask);
+            for (; own; own &= own - 1u) vertices++;
+        }
+    rows[n] = (float)triangles;
+    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;
 }
 
 /* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
-   they have. To SCRATCH4, for its slot: i. */
-SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i)
+   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
-    const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
+    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
     SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
-    springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
-    uint32_t signs[SPRINGLS__TILE * SPRINGLS__TILE], triangles = 0u, vertices = 0u;
-    int x, y, z, k;
+    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    int n, x, k;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (k = 0; k < SPRINGLS__TILE * SPRINGLS__TILE; k++) signs[k] = springls__signs_of_row(tile + SPRINGLS__TILE * k);
-    for (k = 0; k < SPRINGLS__CUBES; k++) cubes[k] = 0u;
-    for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++) {
-            uint32_t row[4], all = (1u << SPRINGLS__TILE) - 1u, some = 0u, own;
-            for (k = 0; k < 4; k++) {
-                row[k] = signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
-                all &= row[k];
-                some |= row[k];
-            }
-            if (some == 0u || all == (1u << SPRINGLS__TILE) - 1u) continue;
-            for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                int mask = springls__case_between(row, x);
-                if (springls__mc_count(mask) == 0) continue;
-                own = springls__own_edges(g, range.origin[0] + x, range.origin[1] + y, range.origin[2] + z, mask);
-                cubes[springls__cube_index(x, y, z)] = (uint32_t)mask | own << 8 | vertices << 20;
-                triangles += (uint32_t)springls__mc_count(mask);
-                for (; own; own &= own - 1u) vertices++;
-            }
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);
+    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)
+        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);
+    SPRINGLS__BARRIER;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) springls__count_row(model, &range, i, n, signs, rows);
+    SPRINGLS__BARRIER;
+    for (k = 0; k < 2 && group.item == 0; k++) { /* sums of the rows before */
+        float sum = 0.0f;
+        for (n = k * SPRINGLS__CUBE_ROWS; n < (k + 1) * SPRINGLS__CUBE_ROWS; n++) {
+            float one = rows[n];
+            rows[n] = sum;
+            sum += one;
         }
-    springls__triangles_before(model)[i] = triangles;
-    springls__vertices_before(model)[i] = vertices;
-    ((SPRINGLS__GLOBAL int *)model->scratch[4])[g->active[i]] = i;
+        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
+    }
+    SPRINGLS__BARRIER;
+    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
+        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
+        for (x = 0; x < 9; x++)
+            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;
+    }
 }
 
 /* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
@@ -144,36 +190,47 @@ SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int
     return number;
 }
 
-/* Vertices of active brick i to SCRATCH5, triangles to SCRATCH6. */
-SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i)
+/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */
+SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
+                                            springls__mc_cell cell, springls__cube cube, uint32_t first)
+{
+    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
+    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;
+    const int mask = springls__cube_case(cube), *o = range->origin;
+    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
+    uint32_t seen = 0u;
+    for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+        int edge = springls__mc_edge(mask, 0, k);
+        if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {
+            positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);
+            vertex[edge] = place++;
+        } else if (!(seen >> edge & 1u)) {
+            vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
+        }
+        seen |= 1u << edge;
+        corners[k] = vertex[edge];
+    }
+}
+
+/* Vertices and triangles of active brick i; job.i[0]: all triangles. */
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
-    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
-    SPRINGLS__GLOBAL int *corner = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)springls__triangles_before(model)[i];
+    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;
     springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-    float tile[SPRINGLS__TILE_VOXELS];
-    int place = (int)springls__vertices_before(model)[i], vertex[12], n, k;
-    bool loaded = false;
-    (void)job;
-    for (n = 0; n < SPRINGLS__CUBES; n++) {
-        const int x = n % 9 - 1, y = n / 9 % 9 - 1, z = n / 81 - 1, mask = springls__cube_case(cubes[n]), *o = range.origin;
-        springls__mc_cell cell;
-        uint32_t seen = 0u;
-        if (cubes[n] == 0u) continue;
-        if (!loaded) springls__load_tile(g, g->phi, g->active[i], tile);
-        loaded = true;
-        cell = springls__tile_cube(tile, x, y, z);
-        for (k = 0; k < 3 * springls__mc_count(mask); k++) {
-            int edge = springls__mc_edge(mask, 0, k);
-            if (!(seen >> edge & 1u) && springls__cube_owns(cubes[n], edge)) {
-                positions[place] = springls__cube_vertex(&range, cell, x, y, z, edge);
-                vertex[edge] = place++;
-            } else if (!(seen >> edge & 1u)) {
-                vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
-            }
-            seen |= 1u << edge;
-            *corner++ = vertex[edge];
+    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];
+    int n, x;
+    if (end == before[0]) return;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (n = model->group.item; n < SPRINGLS__CUBE_ROWS; n += model->group.items) {
+        uint32_t first = before[0] + springls__triangles_of_rows(model, i)[n];
+        const int y = n % 9 - 1, z = n / 9 - 1;
+        for (x = -1; x < 8; x++) {
+            springls__cube cube = cubes[springls__cube_index(x, y, z)];
+            if (cube == 0u) continue;
+            springls__surface_cube(model, &range, i, x, y, z, springls__tile_cube(tile, x, y, z), cube, first);
+            first += (uint32_t)springls__mc_count(springls__cube_case(cube));
         }
     }
 }

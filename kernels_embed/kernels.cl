@@ -3,21 +3,38 @@
 #define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,
 #define SPRINGLS__MEMBER(name, type, block, member) model.member = name;
 
-/* SPRINGLS__ENTRY(evolve, ...): kernel springls_evolve calls springls__evolve_element for every element before `count`, `grain` of them a work item. */
-#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                              \
+#define SPRINGLS__BEGIN(first)                                                                                                   \
+    springls__model model;                                                                                                       \
+    int i = (first) * grain, end = springls__imin(i + grain, count);                                                             \
+    SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                           \
+    springls__shape_set(&model, shape);                                                                                          \
+    model.params = params;
+
+/* Kernel springls_name calls springls__name_element for every element before `count`, `grain` of them a work item ... */
+#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \
     __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
                                          springls__job job, int count, int grain)                                                \
     {                                                                                                                            \
-        springls__model model;                                                                                                   \
-        int i = (int)get_global_id(0) * grain, end = springls__imin(i + grain, count);                                           \
-        SPRINGLS__ARRAYS(SPRINGLS__MEMBER)                                                                                       \
-        springls__shape_set(&model, shape);                                                                                      \
-        model.params = params;                                                                                                   \
+        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \
+        model.group = springls__alone();                                                                                         \
         for (; i < end; i++) springls__##kernel_name##_element(&model, job, i);                                                  \
+    }
+
+/* ... or a work group. */
+#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \
+    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
+                                         springls__job job, int count, int grain)                                                \
+    {                                                                                                                            \
+        __local float memory[floats];                                                                                            \
+        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \
+        model.group.item = (int)get_local_id(0);                                                                                 \
+        model.group.items = (int)get_local_size(0);                                                                              \
+        for (; i < end; i++) springls__##kernel_name##_element(&model, job, i, memory);                                          \
     }
 
 SPRINGLS__KERNELS(SPRINGLS__ENTRY)
 SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)
+SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)
 
 #define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)
 SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)

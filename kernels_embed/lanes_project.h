@@ -5,34 +5,34 @@
 
 SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
 
-SPRINGLS__LANE void springls__vec_put(float *at, springls__vmask where, float x)
+SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)
 {
     springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
 }
 
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
     for (i = row; i < row + 8; i += SPRINGLS__LANES) {
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec best = springls__vec_load(sums->nearest2 + i);
+        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));
         springls__vmask nearer = d2 < best;
         if (!springls__vmask_any(nearer)) continue;
-        springls__vec_store(sums->nearest2 + i, springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums->facing[0] + i, nearer, s.n.x);
-        springls__vec_put(sums->facing[1] + i, nearer, s.n.y);
-        springls__vec_put(sums->facing[2] + i, nearer, s.n.z);
+        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);
+        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);
     }
 }
 
-SPRINGLS__LANE void springls__sum_add(springls__brick_sums *sums, int member, int i, springls__vec value)
+SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
 {
-    float *at = &sums->sum[member][i];
+    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
     springls__vec_store(at, springls__vec_load(at) + value);
 }
 
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
     float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
@@ -42,8 +42,8 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums->facing[0] + i) * s.n.x + springls__vec_load(sums->facing[1] + i) * s.n.y
-              + springls__vec_load(sums->facing[2] + i) * s.n.z;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
@@ -66,7 +66,7 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -90,7 +90,7 @@ SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, flo
 }
 
 /* springls__without_speck; true when there was one. */
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;

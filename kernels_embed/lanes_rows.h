@@ -37,7 +37,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
+                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -58,7 +58,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 
 typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
 
-SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(const float *t)
+SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)
 {
     springls__vec_cross7 v;
     v.c = springls__vec_load(t);
@@ -78,7 +78,7 @@ SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__v
 }
 
 /* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
     springls__vmask inside = springls__vec_abs(v.c) <= width;
@@ -95,7 +95,7 @@ SPRINGLS__LANE void springls__evolve_lanes(const float *phi, const float *omega,
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -135,7 +135,7 @@ SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cr
 }
 
 /* Is one of the 26 neighbours on the other side? */
-SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
+SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)
 {
     springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
     springls__vmask inside = c < 0.0f;
@@ -149,7 +149,7 @@ SPRINGLS__LANE springls__vmask springls__touches_lanes(const float *t)
 }
 
 /* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
@@ -164,7 +164,7 @@ SPRINGLS__LANE void springls__interface_lanes(const float *phi, float far_value,
     springls__vec_store(out, d);
 }
 
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
@@ -183,7 +183,7 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     return springls__vec_select(d > c, three, d);
 }
 
-SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi);
     springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
@@ -197,7 +197,7 @@ SPRINGLS__LANE void springls__redistance_lanes(const float *phi, float far_value
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
 
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);

@@ -154,11 +154,20 @@ SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid 
     return range;
 }
 
-SPRINGLS__MATHS springls__mc_cell springls__tile_cube(const float *tile, int x, int y, int z)
+SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
 {
     springls__mc_cell cell;
     int c;
     for (c = 0; c < 8; c++) cell.phi[c] = tile[springls__tile_index(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2))];
+    return cell;
+}
+
+/* The same cube from the grid itself: slower, without a tile. */
+SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, int x, int y, int z)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++) cell.phi[c] = springls__grid_phi(g, g->phi, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
     return cell;
 }
 

@@ -68,6 +68,21 @@ typedef struct springls__forces_here {
 
 #define SPRINGLS__SCRATCHES 8
 
+/* Who works on a brick: item `item` of `items`, each on rows item, item + items, ... of its 64. On the host one does all. */
+#define SPRINGLS__ROWS 64
+
+typedef struct springls__group { int item, items; } springls__group;
+
+SPRINGLS__MATHS springls__group springls__alone(void)
+{
+    springls__group group;
+    group.item = 0;
+    group.items = 1;
+    return group;
+}
+
+SPRINGLS__MATHS bool springls__is_mine(springls__group group, int row) { return row % group.items == group.item; }
+
 typedef struct springls__model {
     springls__constellation set;
     springls__grid grid;
@@ -81,6 +96,7 @@ typedef struct springls__model {
     SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
     SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */
     SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
+    springls__group group;
     springls_params params;
 } springls__model;
 

@@ -73,17 +73,30 @@ SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS_
 SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
                                          SPRINGLS__GLOBAL float *row);
 
-/* Exact distance to the springls in active brick `index`, clamped at params.capture. */
-SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int index)
+/* omega's first voxel below zero: the brick is new, or its springls have moved. */
+SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
+{
+    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+
+/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
-    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    int origin[3], i, y, z;
+    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    bool unknown = springls__omega_unknown(g, g->active[i]);
+    int origin[3], v, y, z;
     uint32_t k;
-    springls__slot_origin(g, g->active[index], origin);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) omega[i] = capture;
-    for (k = model->cells.near_first[index]; k < model->cells.near_first[index + 1]; k++) {
+    (void)job;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all have read whether it is */
+    if (!unknown) return;
+    springls__slot_origin(g, g->active[i], origin);
+    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
+        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
+    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
@@ -95,21 +108,9 @@ SPRINGLS__MATHS void springls__omega_brick(const springls__model *model, int ind
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
-                springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__omega_row(&plan, s->p, reach, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
     }
-}
-
-/* omega's first voxel below zero: the brick is new, or its springls have moved. */
-SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
-{
-    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-}
-
-
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i)
-{
-    (void)job;
-    if (springls__omega_unknown(&model->grid, model->grid.active[i])) springls__omega_brick(model, i);
 }
 
 /* Voxel i of the two constant bricks: job.f, outside and inside. */

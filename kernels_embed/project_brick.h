@@ -52,38 +52,38 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
     return near_by;
 }
 
-/* Sums of a brick's voxels: SPRINGLS__SUM_* are the members of springls__moments. */
+/* Sums of a brick's voxels, 512 floats each: the members of springls__moments, the squared distance to the nearest particle, and its
+   normal (0: none is near). */
 #define SPRINGLS__SUM_OFFSET 0
 #define SPRINGLS__SUM_NORMAL 3
 #define SPRINGLS__SUM_MOVED 6
 #define SPRINGLS__SUM_WEIGHT 9
 #define SPRINGLS__SUM_HEIGHT 10
 #define SPRINGLS__SUMS 11
+#define SPRINGLS__NEAREST2 11
+#define SPRINGLS__FACING 12
+#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */
 
-typedef struct springls__brick_sums {
-    float nearest2[SPRINGLS__BRICK_VOXELS];  /* squared distance to the nearest particle   */
-    float facing[3][SPRINGLS__BRICK_VOXELS]; /* its normal; 0: none is near                */
-    float sum[SPRINGLS__SUMS][SPRINGLS__BRICK_VOXELS];
-} springls__brick_sums;
+SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
-SPRINGLS__MATHS springls__moments springls__moments_load(const springls__brick_sums *sums, int i)
+SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int i)
 {
     springls__moments m;
-    m.offset = springls__v3_make(sums->sum[0][i], sums->sum[1][i], sums->sum[2][i]);
-    m.normal = springls__v3_make(sums->sum[3][i], sums->sum[4][i], sums->sum[5][i]);
-    m.moved = springls__v3_make(sums->sum[6][i], sums->sum[7][i], sums->sum[8][i]);
-    m.weight = sums->sum[SPRINGLS__SUM_WEIGHT][i];
-    m.height = sums->sum[SPRINGLS__SUM_HEIGHT][i];
+    m.offset = springls__v3_make(sums[springls__sum_at(0, i)], sums[springls__sum_at(1, i)], sums[springls__sum_at(2, i)]);
+    m.normal = springls__v3_make(sums[springls__sum_at(3, i)], sums[springls__sum_at(4, i)], sums[springls__sum_at(5, i)]);
+    m.moved = springls__v3_make(sums[springls__sum_at(6, i)], sums[springls__sum_at(7, i)], sums[springls__sum_at(8, i)]);
+    m.weight = sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)];
+    m.height = sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)];
     return m;
 }
 
 /* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row);
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
 /* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
@@ -93,7 +93,7 @@ SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x 
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 /* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], bool nearest, springls__brick_sums *sums)
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)
 {
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int y0, y1, z0, z1, y, z;
@@ -108,6 +108,7 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
         for (y = y0; y <= y1; y++) {
             offset.y = (float)y - p.y;
             if (offset.y * offset.y + offset.z * offset.z >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
+            if (!springls__is_mine(group, y + 8 * z)) continue;
             if (nearest) springls__nearest_row(s, offset, sums, 8 * y + 64 * z);
             else springls__moments_row(s, offset, sums, 8 * y + 64 * z);
         }
@@ -116,19 +117,20 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                            springls__brick_sums *sums)
+                                            SPRINGLS__LOCAL float *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k, v;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->nearest2[v] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-    for (k = 0; k < 3; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->facing[k][v] = 0.0f;
-    for (k = 0; k < SPRINGLS__SUMS; k++)
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) sums->sum[k][v] = 0.0f;
+    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
+        for (v = 8 * r; v < 8 * r + 8; v++) {
+            sums[springls__sum_at(SPRINGLS__NEAREST2, v)] = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+            for (k = 0; k < 3; k++) sums[springls__sum_at(SPRINGLS__FACING + k, v)] = 0.0f;
+            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
+        }
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, true, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, false, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -203,73 +205,71 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 }
 
 /* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
+    SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
+    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
     bool carry = job.i[0] != 0, some, at_edge;
-    uint8_t in_doubt = 0;
-    springls__brick_sums sums;
     springls__wide_tile tile;
     springls__near_ranges near_by;
-    int v, o[3];
+    int row, v, o[3];
+    tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     at_edge = some && springls__near_edge(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, &sums);
-    if (some && carry) springls__load_wide_tile(g, g->phi, o, &tile);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        out[v] = phi[v];
-        if (some && sums.sum[SPRINGLS__SUM_WEIGHT][v] > SPRINGLS__HEARD) {
-            out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(&sums, v), carry, at_edge, phi[v]);
-        } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
-            out[v] = springls__doubtful(phi[v], g->far_value);
-            in_doubt = 1;
+    if (model->group.item == 0) *in_doubt = 0;
+    if (some) springls__brick_sums_take(model, &near_by, o, sums);
+    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) {
+            out[v] = phi[v];
+            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);
+            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
+                out[v] = springls__doubtful(phi[v], g->far_value);
+                *in_doubt = 1;
+            }
         }
-    }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = in_doubt;
 }
 
 /* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
-SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z, v;
-    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i]) {
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = from[v];
-        return;
+    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    int row, v;
+    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+        for (v = 8 * row; v < 8 * row + 8; v++) {
+            if (!in_doubt) out[v] = from[v];
+            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);
+        }
     }
-    springls__load_tile(g, g->phi_next, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__settle_row(tile + springls__tile_index(0, y, z), g->far_value, job.f[0], out + 8 * y + 64 * z);
-    if (!job.i[0]) return;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__undoubted(out[v], g->far_value);
 }
 
 /* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */
-SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z, o[3];
+    int row, x, o[3];
     (void)job;
     springls__slot_origin(g, g->active[i], o);
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) {
-            const float *phi = tile + springls__tile_index(0, y, z);
-            SPRINGLS__GLOBAL float *row = out + 8 * y + 64 * z;
-            if (!springls__specks_row(phi, row) || !model->params.nucleate) continue;
-            for (x = 0; x < 8; x++) {
-                springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + y), (float)(o[2] + z));
-                int n = phi[x] < 0.0f && row[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
-                if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) row[x] = phi[x];
-            }
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
+        SPRINGLS__LOCAL const float *phi = tile + springls__tile_index(0, row & 7, row >> 3);
+        SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS + 8 * row;
+        if (!springls__specks_row(phi, out) || !model->params.nucleate) continue;
+        for (x = 0; x < 8; x++) {
+            springls__v3 at = springls__v3_make((float)(o[0] + x), (float)(o[1] + (row & 7)), (float)(o[2] + (row >> 3)));
+            int n = phi[x] < 0.0f && out[x] >= 0.0f ? springls__nearest_springl(model, at, SPRINGLS__PROJECT_RADIUS) : -1;
+            if (n >= 0 && springls__in_sheet(model, at, springls__springl_normal(model->set.s[n]))) out[x] = phi[x];
         }
+    }
 }

@@ -68,33 +68,31 @@ SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, floa
 }
 
 /* Rows of eight voxels; phi points into a tile. */
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__interface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z;
+    int row;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__interface_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__interface_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int y, z;
+    int row;
     (void)job;
-    springls__load_tile(g, g->phi, g->active[i], tile);
-    for (z = 0; z < 8; z++)
-        for (y = 0; y < 8; y++) springls__redistance_row(tile + springls__tile_index(0, y, z), g->far_value, out + 8 * y + 64 * z);
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
 /* Which of the 27 bricks around (and including) a brick the band reaches. */

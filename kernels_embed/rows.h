@@ -30,7 +30,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 }
 
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
+                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -40,7 +40,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
-SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -50,7 +50,7 @@ SPRINGLS__MATHS void springls__evolve_row(const float *phi, const float *omega, 
 }
 
 /* Is one of the 26 neighbours on the other side? */
-SPRINGLS__MATHS bool springls__touches(const float *t)
+SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)
 {
     int i;
     for (i = 0; i < 27; i++)
@@ -58,7 +58,7 @@ SPRINGLS__MATHS bool springls__touches(const float *t)
     return false;
 }
 
-SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -69,13 +69,13 @@ SPRINGLS__MATHS void springls__interface_row(const float *phi, float far_value, 
     }
 }
 
-SPRINGLS__MATHS void springls__redistance_row(const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
 }
 
-SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
     int i;
@@ -86,21 +86,21 @@ SPRINGLS__MATHS bool springls__specks_row(const float *phi, SPRINGLS__GLOBAL flo
     return some;
 }
 
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     float yz2 = offset.y * offset.y + offset.z * offset.z;
     int i;
     for (i = row; i < row + 8; i++) {
         float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
-        if (d2 >= sums->nearest2[i]) continue;
-        sums->nearest2[i] = d2;
-        sums->facing[0][i] = s.n.x;
-        sums->facing[1][i] = s.n.y;
-        sums->facing[2][i] = s.n.z;
+        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;
+        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;
+        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;
+        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;
+        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;
     }
 }
 
-SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, springls__moments m)
+SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)
 {
     const springls__v3 *from[3];
     int k;
@@ -108,25 +108,25 @@ SPRINGLS__MATHS void springls__moments_store(springls__brick_sums *sums, int i, 
     from[1] = &m.normal;
     from[2] = &m.moved;
     for (k = 0; k < 3; k++) {
-        sums->sum[3 * k][i] = from[k]->x;
-        sums->sum[3 * k + 1][i] = from[k]->y;
-        sums->sum[3 * k + 2][i] = from[k]->z;
+        sums[springls__sum_at(3 * k, i)] = from[k]->x;
+        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;
+        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;
     }
-    sums->sum[SPRINGLS__SUM_WEIGHT][i] = m.weight;
-    sums->sum[SPRINGLS__SUM_HEIGHT][i] = m.height;
+    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;
+    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;
 }
 
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, springls__brick_sums *sums, int row)
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
 {
     int i;
     for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums->facing[0][i], sums->facing[1][i], sums->facing[2][i]);
+        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
         springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
         springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);

@@ -69,6 +69,7 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
         g->bricks[axis] = (g->size[axis] + 7) / 8;
     }
     ctx->model.reference = *g;
+    ctx->model.group = springls__alone();
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__brick_count(g), 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__brick_count(g), 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));

@@ -15,6 +15,7 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)bricks, sizeof(uint32_t), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)ctx->model.grid.slot_count, sizeof(int), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)bricks * SPRINGLS__CUBE_ROWS, sizeof(uint32_t), NULL));
     springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, springls__no_job());
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &mesh->triangle_count));
     SPRINGLS__TRY(springls__scan(ctx, 3, bricks, &mesh->vertex_count));
@@ -22,7 +23,7 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     corners = 3 * (size_t)mesh->triangle_count;
     SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)mesh->vertex_count, sizeof *mesh->positions, (void **)&mesh->positions));
     SPRINGLS__TRY(springls__scratch(ctx, 6, corners, sizeof *mesh->triangles, (void **)&mesh->triangles));
-    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__job_of(mesh->triangle_count));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH5, (size_t)mesh->vertex_count * sizeof *mesh->positions));
     return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, corners * sizeof *mesh->triangles);
 }

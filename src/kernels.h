@@ -7,6 +7,9 @@
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+#define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
+    SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
+#undef SPRINGLS__BRICK_NUMBER
 #undef SPRINGLS__KERNEL_NUMBER
     SPRINGLS__KERNEL_COUNT
 } springls__kernel;
@@ -16,10 +19,18 @@ typedef struct springls__kernel_facts {
     void (*range)(const springls__model *model, springls__job job, int begin, int end);
     int grain;
     uint64_t writes;
+    bool brick; /* a work group does one */
 } springls__kernel_facts;
 
 #define SPRINGLS__RANGE(name)                                                                                            \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
     {                                                                                                                    \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+    }
+
+#define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        float memory[floats];                                                                                            \
+        for (; begin < end; begin++) springls__##name##_element(model, job, begin, memory);                              \
     }

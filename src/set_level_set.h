@@ -175,7 +175,7 @@ SPRINGLS__FN double springls__slope_at_zero(const springls__grid *g)
     double sum = 0.0, count = 0.0;
     int i, v, d;
     for (i = 0; i < g->active_count; i++) {
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             static const int next[3] = { 1, SPRINGLS__TILE, SPRINGLS__TILE * SPRINGLS__TILE };
             const float *c = tile + springls__tile_index(v & 7, v >> 3 & 7, v >> 6);

@@ -84,7 +84,7 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
     int i, x, y, z, k, m;
     for (i = 0; i < g->active_count; i++) {
         springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (z = range.lo[2]; z <= range.hi[2]; z++)
             for (y = range.lo[1]; y <= range.hi[1]; y++)
                 for (x = range.lo[0]; x <= range.hi[0]; x++) {

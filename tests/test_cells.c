@@ -262,7 +262,7 @@ TEST tiles_hold_the_margin(void)
     for (i = 0; i < g->active_count; i++) {
         int o[3];
         springls__slot_origin(g, g->active[i], o);
-        springls__load_tile(g, g->phi, g->active[i], tile);
+        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
         for (z = -1; z <= 8; z++)
             for (y = -1; y <= 8; y++)
                 for (x = -1; x <= 8; x++)
