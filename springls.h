@@ -30,6 +30,7 @@
      >>marching_cubes       kernels_embed/marching_cubes.h
      >>fill_from_springls   kernels_embed/fill_from_springls.h
      >>fill_gaps            kernels_embed/fill_gaps.h
+     >>isosurface           kernels_embed/isosurface.h
      >>lanes                kernels_embed/lanes.h
      >>lanes_neighbors      kernels_embed/lanes_neighbors.h
      >>lanes_rows           kernels_embed/lanes_rows.h
@@ -3599,15 +3600,21 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    float nearest = FLT_MAX;
-    int v;
+    float least = FLT_MAX;
+    int row, v;
     (void)job;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
+    SPRINGLS__BARRIER;
+    nearest[group.item] = least;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -3657,16 +3664,18 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    int v;
+    int slot = g->top[i], row, v;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)job;
-    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
-    else
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all know the slot */
+    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
 }
 
 SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
@@ -3674,39 +3683,46 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
     return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
-/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a
-   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)
+/* Is the background beside a block of b^3 voxels? */
+SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
+{
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)
+        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+}
+
+/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
+   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
-    const int b = job.i[0];
+    const springls__group group = model->group;
+    const int b = job.i[0], across = 8 / b;
     size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + first;
     SPRINGLS__GLOBAL const float *phi = g->phi + first;
-    SPRINGLS__GLOBAL float *next = g->phi_next + first;
-    uint8_t grew = 0;
-    int o[3], x, y, z, i, j, k;
+    float grew = 0.0f;
+    int o[3], block, v;
     springls__slot_origin(g, g->active[index], o);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];
-    for (z = 0; z < 8; z += b)
-        for (y = 0; y < 8; y += b)
-            for (x = 0; x < 8; x += b) {
-                float nearest = FLT_MAX;
-                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
-                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
-                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
-                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
-                    continue;
-                for (k = z; k < z + b; k++)
-                    for (j = y; j < y + b; j++)
-                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-                if (nearest <= SPRINGLS__SHELL) continue;
-                grew = 1;
-                for (k = z; k < z + b; k++)
-                    for (j = y; j < y + b; j++)
-                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;
-            }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;
+    for (block = group.item; block < across * across * across; block += group.items) {
+        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
+        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
+        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
+            float nearest = FLT_MAX;
+            for (k = z; k < z + b; k++)
+                for (j = y; j < y + b; j++)
+                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
+            background = nearest > SPRINGLS__SHELL;
+            if (background) grew = 1.0f;
+        }
+        for (k = z; k < z + b; k++)
+            for (j = y; j < y + b; j++)
+                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
+    }
+    SPRINGLS__BARRIER;
+    grown[group.item] = grew;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
 }
 
 /* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
@@ -3719,22 +3735,22 @@ SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                        SPRINGLS__GLOBAL const float *omega, float *side);
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,
+                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);
 
 /* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float side[SPRINGLS__BRICK_VOXELS];
-    int y, z, v, o[3];
+    int y, z, row, v, o[3];
     uint32_t k;
     (void)job;
     springls__slot_origin(g, g->active[i], o);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
@@ -3743,12 +3759,14 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
-                int row = 8 * y + 64 * z;
-                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
+                v = 8 * y + 64 * z;
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
             }
     }
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++)
+            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
 }
 
 /* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
@@ -3758,14 +3776,16 @@ SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t vo
 }
 
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
     SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
-    int v;
+    int row, v;
     (void)job;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
+    (void)memory;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }
 
 /* ======== >>evolve  (kernels_embed/evolve.h) =================================================================== */
@@ -4729,6 +4749,263 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
     model->set.was[n] = s.p; /* it has been placed, not moved */
 }
 
+/* ======== >>isosurface  (kernels_embed/isosurface.h) =========================================================== */
+/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four
+   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
+   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
+
+#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */
+
+/* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */
+typedef uint32_t springls__cube;
+
+SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube & 255u); }
+SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
+SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
+
+/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */
+SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
+{
+    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+}
+
+/* How many triangles and vertices active bricks have; after the scan, those before them. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+}
+
+/* Triangles of a brick before each of its rows of cubes. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
+}
+
+/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
+typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
+
+/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest
+   number. Cubes that begin before the domain belong to the bricks at its border. */
+SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)
+{
+    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
+    springls__vertex_owner owner;
+    int at[3], at_b, at_c, k;
+    at[0] = x;
+    at[1] = y;
+    at[2] = z;
+    at_b = at[b] + (edge & 1);
+    at_c = at[c] + (edge >> 1 & 1);
+    owner.cube[axis] = at[axis];
+    owner.brick = -1;
+    for (k = 3; k >= 0; k--) {
+        int brick;
+        at[b] = at_b - (k & 1);
+        at[c] = at_c - (k >> 1);
+        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
+        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;
+        owner.brick = brick;
+        owner.edge = 4 * axis + k;
+        owner.cube[b] = at[b];
+        owner.cube[c] = at[c];
+        if ((at_b & 7) != 0 && (at_c & 7) != 0) break; /* all four are in one brick */
+    }
+    return owner;
+}
+
+/* The edges with a vertex that belongs to a cube. */
+SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
+{
+    uint32_t own = 0u;
+    int edge;
+    for (edge = 0; edge < 12; edge++) {
+        int a = springls__mc_edge_corner(edge), b = a | 1 << springls__mc_edge_axis(edge);
+        springls__vertex_owner owner;
+        if (((mask >> a ^ mask >> b) & 1) == 0) continue;
+        owner = springls__owner_of(g, x, y, z, edge);
+        if (owner.cube[0] == x && owner.cube[1] == y && owner.cube[2] == z) own |= 1u << edge;
+    }
+    return own;
+}
+
+/* Which voxels of a row of a tile are inside, one bit each. */
+SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
+{
+    uint32_t signs = 0u;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;
+    return signs;
+}
+
+/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */
+SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
+{
+    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
+    int k;
+    for (k = 0; k < 4; k++) {
+        row[k] = (uint32_t)signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
+        all &= row[k];
+        some |= row[k];
+    }
+    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
+}
+
+/* The case of the cube at x among them. */
+SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
+{
+    uint32_t mask = 0u;
+    int k;
+    for (k = 0; k < 4; k++) mask |= (row[k] >> (x + 1) & 3u) << 2 * k;
+    return (int)mask;
+}
+
+/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */
+#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)
+
+/* A row of cubes of active brick i; vertices are counted from the row's begin. */
+SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,
+                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)
+{
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i) + 9 * n;
+    const int y = n % 9 - 1, z = n / 9 - 1, *o = range->origin;
+    uint32_t row[4], triangles = 0u, vertices = 0u, own;
+    int x;
+    for (x = 0; x < 9; x++) cubes[x] = 0u;
+    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))
+        for (x = range->lo[0]; x <= range->hi[0]; x++) {
+            int mask = springls__case_between(row, x);
+            if (springls__mc_count(mask) == 0) continue;
+            own = springls__own_edges(&model->grid, o[0] + x, o[1] + y, o[2] + z, mask);
+            cubes[x + 1] = (uint32_t)mask | own << 8 | vertices << 20;
+            triangles += (uint32_t)springls__mc_count(mask);
+            for (; own; own &= own - 1u) vertices++;
+        }
+    rows[n] = (float)triangles;
+    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;
+}
+
+/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
+   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+{
+    const springls__group group = model->group;
+    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
+    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    int n, x, k;
+    (void)job;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);
+    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)
+        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);
+    SPRINGLS__BARRIER;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) springls__count_row(model, &range, i, n, signs, rows);
+    SPRINGLS__BARRIER;
+    for (k = 0; k < 2 && group.item == 0; k++) { /* sums of the rows before */
+        float sum = 0.0f;
+        for (n = k * SPRINGLS__CUBE_ROWS; n < (k + 1) * SPRINGLS__CUBE_ROWS; n++) {
+            float one = rows[n];
+            rows[n] = sum;
+            sum += one;
+        }
+        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
+    }
+    SPRINGLS__BARRIER;
+    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
+        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
+        for (x = 0; x < 9; x++)
+            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;
+    }
+}
+
+/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
+SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
+{
+    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
+    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
+    uint32_t seen = 0u;
+    springls__cube cube;
+    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
+    cube = springls__cubes_of(model, i)[springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
+    number = (int)springls__vertices_before(model)[i] + springls__cube_first(cube);
+    for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {
+        if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;
+        seen |= 1u << other;
+    }
+    return number;
+}
+
+/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */
+SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
+                                            springls__mc_cell cell, springls__cube cube, uint32_t first)
+{
+    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
+    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;
+    const int mask = springls__cube_case(cube), *o = range->origin;
+    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
+    uint32_t seen = 0u;
+    for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+        int edge = springls__mc_edge(mask, 0, k);
+        if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {
+            positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);
+            vertex[edge] = place++;
+        } else if (!(seen >> edge & 1u)) {
+            vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
+        }
+        seen |= 1u << edge;
+        corners[k] = vertex[edge];
+    }
+}
+
+/* Vertices and triangles of active brick i; job.i[0]: all triangles. */
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
+    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;
+    springls__cube_range range = springls__brick_cubes(g, g->active[i]);
+    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];
+    int n, x;
+    if (end == before[0]) return;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (n = model->group.item; n < SPRINGLS__CUBE_ROWS; n += model->group.items) {
+        uint32_t first = before[0] + springls__triangles_of_rows(model, i)[n];
+        const int y = n % 9 - 1, z = n / 9 - 1;
+        for (x = -1; x < 8; x++) {
+            springls__cube cube = cubes[springls__cube_index(x, y, z)];
+            if (cube == 0u) continue;
+            springls__surface_cube(model, &range, i, x, y, z, springls__tile_cube(tile, x, y, z), cube, first);
+            first += (uint32_t)springls__mc_count(springls__cube_case(cube));
+        }
+    }
+}
+
+/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
+{
+    springls__v3 a = model->set.a[springl];
+    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
+    return fit.ok ? fit.a : a;
+}
+
+/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
+SPRINGLS__MATHS void springls__dress_element(const springls__model *model, springls__job job, int i)
+{
+    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
+    int nearest = springls__nearest_springl(model, x, 1.0f);
+    (void)job;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
+}
+
 /* ======== >>lanes  (kernels_embed/lanes.h) ===================================================================== */
 /* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
@@ -5042,7 +5319,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
+                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -5352,7 +5629,7 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 }
 
 SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, float *side)
+                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5493,14 +5770,10 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
     X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
     X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
     X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
-    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \
     X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
-    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \
-    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \
-    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \
     X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
-    X(way, 1024, SPRINGLS__BIT(SCRATCH7))
+    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
+    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
 
 /* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
 #define SPRINGLS__BRICK_KERNELS(X) \
@@ -5511,7 +5784,15 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
     X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)
+    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
+    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \
+    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \
+    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__ROWS) \
+    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS) \
+    X(with_sign, 64, SPRINGLS__BIT(PHI), 1) \
+    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7), \
+      SPRINGLS__SURFACE_FLOATS) \
+    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)
 
 /* Those whose loop is in lanes_*.h. */
 #define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
@@ -6280,6 +6561,13 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
         if (writes >> array & 1u) buffer->host_stale = true;
     }
     return SPRINGLS_OK;
+}
+
+/* The first bytes of an array, to be read here and then forgotten. */
+SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
+{
+    if (ctx->backend_status != SPRINGLS_OK || !ctx->memory[array].host_stale) return ctx->backend_status;
+    return ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true);
 }
 
 /* Stages run on the device ... */
@@ -7830,23 +8118,27 @@ SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
-    size_t total = 0;
+    int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
+    uint8_t *wanted;
     springls__constellation_changed(ctx);
     SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
     springls__grid_clear(ctx, g);
-    for (pass = 0; pass < 2; pass++) {
-        if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
-        for (total = 0, i = 0; i < ctx->model.set.count; i++) {
-            springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++, total++)
-                        if (pass) list[total] = x + g->bricks[0] * (y + g->bricks[1] * z);
-        }
-        if (total > (size_t)INT32_MAX) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the springls are too large for the grid");
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
+    memset(wanted, 0, (size_t)bricks);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
+        for (z = lo[2]; z <= hi[2]; z++)
+            for (y = lo[1]; y <= hi[1]; y++)
+                for (x = lo[0]; x <= hi[0]; x++) {
+                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
+                    count += !wanted[brick];
+                    wanted[brick] = 1;
+                }
     }
-    return springls__grid_add_bricks(ctx, list, (int)total);
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&list));
+    for (i = count = 0; i < bricks; i++)
+        if (wanted[i]) list[count++] = i;
+    return springls__grid_add_bricks(ctx, list, count);
 }
 
 /* The background grows through bricks: the coarse levels of the paper, each to its end. In SCRATCH2. */
@@ -7981,8 +8273,10 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;
-    for (v = 0; v < voxels; v++)
-        if (springls__uncounted(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
+    for (v = 0; v < voxels; v++) {
+        int64_t first = springls__active_voxel(g, v);
+        if (springls__uncounted(&region, first)) springls__region_settle(&region, first);
+    }
     return SPRINGLS_OK;
 }
 
@@ -8173,7 +8467,8 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
 /* volume_lock.h - the volume of every component is held (params.volume_lock) by a tiny offset of its springls and of phi along
    the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
    its volume is that of its marching cubes surface, the one springls_measure tells. What it should be goes with the springls:
-   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed. */
+   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed.
+   Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
 typedef struct springls__part { double volume, area; float offset, moved; int32_t kin; bool speck; } springls__part; /* moved: offsets in all */
@@ -10868,87 +11163,32 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 /* ======== >>isosurface  (src/isosurface.h) ===================================================================== */
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
 
-/* Welded marching cubes: voxel positions and triangles, in scratch 1 and 2. */
-typedef struct springls__raw_mesh { springls__v3 *positions; int *triangles; int vertex_count, triangle_count; } springls__raw_mesh;
-
-SPRINGLS__FN int springls__count_triangles(const springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    float tile[SPRINGLS__TILE_VOXELS];
-    int i, x, y, z, total = 0;
-    for (i = 0; i < g->active_count; i++) {
-        springls__cube_range range = springls__brick_cubes(g, g->active[i]);
-        springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
-        for (z = range.lo[2]; z <= range.hi[2]; z++)
-            for (y = range.lo[1]; y <= range.hi[1]; y++)
-                for (x = range.lo[0]; x <= range.hi[0]; x++) total += springls__mc_count(springls__mc_case(springls__tile_cube(tile, x, y, z)));
-    }
-    return total;
-}
-
-/* A hash table from cube edges to vertices. */
-typedef struct springls__weld { uint64_t *keys; int *vertices; size_t mask; } springls__weld;
-
-/* The number of the edge from a voxel (one may be -1) along an axis; never 0. */
-SPRINGLS__FN uint64_t springls__edge_key(const springls__grid *g, int x, int y, int z, int axis)
-{
-    uint64_t nx = (uint64_t)g->size[0] + 2, ny = (uint64_t)g->size[1] + 2;
-    return 1 + (uint64_t)axis + 3 * ((uint64_t)(x + 1) + nx * ((uint64_t)(y + 1) + ny * (uint64_t)(z + 1)));
-}
-
-SPRINGLS__FN int springls__weld_vertex(springls__weld *weld, springls__raw_mesh *mesh, uint64_t key, springls__v3 position)
-{
-    size_t at = (size_t)((key * 0x9E3779B97F4A7C15u) >> 20) & weld->mask;
-    while (weld->keys[at] != key) {
-        if (weld->keys[at] == 0) {
-            weld->keys[at] = key;
-            weld->vertices[at] = mesh->vertex_count;
-            mesh->positions[mesh->vertex_count++] = position;
-            break;
-        }
-        at = (at + 1) & weld->mask;
-    }
-    return weld->vertices[at];
-}
-
-SPRINGLS__FN void springls__weld_brick(const springls__grid *g, int slot, springls__weld *weld, springls__raw_mesh *mesh)
-{
-    springls__cube_range range = springls__brick_cubes(g, slot);
-    float tile[SPRINGLS__TILE_VOXELS];
-    int x, y, z, k, m;
-    springls__load_tile(g, g->phi, slot, springls__alone(), tile);
-    for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++)
-            for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                int mask = springls__mc_case(cell);
-                for (k = 0; k < springls__mc_count(mask); k++, mesh->triangle_count++)
-                    for (m = 0; m < 3; m++) {
-                        int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
-                        uint64_t key = springls__edge_key(g, range.origin[0] + x + (corner & 1), range.origin[1] + y + ((corner >> 1) & 1),
-                                                          range.origin[2] + z + (corner >> 2), springls__mc_edge_axis(edge));
-                        mesh->triangles[3 * mesh->triangle_count + m] =
-                            springls__weld_vertex(weld, mesh, key, springls__cube_vertex(&range, cell, x, y, z, edge));
-                    }
-            }
-}
+/* Welded marching cubes: voxel positions and triangles, in scratch 5 and 6. */
+typedef struct springls__raw_mesh {
+    springls__v3 *positions;
+    int *triangles, vertex_count, triangle_count;
+} springls__raw_mesh;
 
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
 {
-    const springls__grid *g = &ctx->model.grid;
-    springls__weld weld;
-    size_t triangles = (size_t)springls__count_triangles(ctx), room = 16;
-    int i;
-    while (room < 3 * triangles) room *= 2; /* a closed mesh has half as many vertices as triangles: a sixth full */
-    SPRINGLS__TRY(springls__scratch(ctx, 1, 3 * triangles, sizeof *mesh->positions, (void **)&mesh->positions));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, 3 * triangles, sizeof *mesh->triangles, (void **)&mesh->triangles));
-    SPRINGLS__TRY(springls__scratch(ctx, 3, room, sizeof *weld.keys, (void **)&weld.keys));
-    SPRINGLS__TRY(springls__scratch(ctx, 4, room, sizeof *weld.vertices, (void **)&weld.vertices));
-    memset(weld.keys, 0, room * sizeof *weld.keys);
-    weld.mask = room - 1;
-    mesh->vertex_count = mesh->triangle_count = 0;
-    for (i = 0; i < g->active_count; i++) springls__weld_brick(g, g->active[i], &weld, mesh);
-    return SPRINGLS_OK;
+    const int bricks = ctx->model.grid.active_count;
+    size_t corners;
+    memset(mesh, 0, sizeof *mesh);
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks * SPRINGLS__CUBES, sizeof(springls__cube), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)bricks, sizeof(uint32_t), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)ctx->model.grid.slot_count, sizeof(int), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)bricks * SPRINGLS__CUBE_ROWS, sizeof(uint32_t), NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, springls__no_job());
+    SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &mesh->triangle_count));
+    SPRINGLS__TRY(springls__scan(ctx, 3, bricks, &mesh->vertex_count));
+    if (mesh->triangle_count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles");
+    corners = 3 * (size_t)mesh->triangle_count;
+    SPRINGLS__TRY(springls__scratch(ctx, 5, (size_t)mesh->vertex_count, sizeof *mesh->positions, (void **)&mesh->positions));
+    SPRINGLS__TRY(springls__scratch(ctx, 6, corners, sizeof *mesh->triangles, (void **)&mesh->triangles));
+    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, springls__job_of(mesh->triangle_count));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH5, (size_t)mesh->vertex_count * sizeof *mesh->positions));
+    return springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH6, corners * sizeof *mesh->triangles);
 }
 
 /* The arrays of a mesh, in one block. */
@@ -10986,51 +11226,54 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
     }
 }
 
-/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
-SPRINGLS__FN springls__v3 springls__correspondence_at(const springls_context *ctx, int springl, springls__v3 x)
-{
-    springls__v3 a = ctx->model.set.a[springl];
-    springls__fit_result fit = springls__fit_at(&ctx->model, x, springls__springl_normal(ctx->model.set.s[springl]), a, ctx->model.set.count);
-    return fit.ok ? fit.a : a;
-}
+typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh; } springls__dress_job;
 
-typedef struct springls__dress_job { springls_context *ctx; const springls__v3 *positions; springls_mesh *mesh; } springls__dress_job;
-
-/* World position, normal, nearest springl and correspondence of each vertex. */
+/* What the kernel of this name has found for each vertex, in the world. */
 SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
-    springls_context *ctx = job->ctx;
+    void *const *found = job->ctx->model.scratch;
     for (; begin < end; begin++) {
-        springls__v3 x = job->positions[begin], n = springls__normal_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x)), a = x;
-        int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-        if (nearest >= 0) a = springls__correspondence_at(ctx, nearest, x);
-        springls_to_world(ctx, &x.x, 1, job->mesh->positions + 3 * begin);
-        springls_to_world(ctx, &a.x, 1, job->mesh->correspondences + 3 * begin);
+        springls__v3 n = springls__normal_to_world(job->ctx, ((const springls__v3 *)found[1])[begin]);
+        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[5])[begin], job->mesh->positions + 3 * begin);
+        springls__voxel_to_world(job->ctx, ((const springls__v3 *)found[2])[begin], job->mesh->correspondences + 3 * begin);
         memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = nearest;
+        job->mesh->springls[begin] = ((const int *)found[3])[begin];
     }
 }
 
-SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
+SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx, springls_mesh *out)
 {
     springls__raw_mesh raw;
     springls__dress_job job;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
-    memset(out, 0, sizeof *out);
+    size_t vertices;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    vertices = (size_t)raw.vertex_count;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, vertices, sizeof(springls__v3), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 2, vertices, sizeof(springls__v3), NULL));
+    SPRINGLS__TRY(springls__scratch(ctx, 3, vertices, sizeof(int), NULL));
+    springls__run(ctx, SPRINGLS__KERNEL_dress, raw.vertex_count, springls__no_job());
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH1, vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH2, vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH3, vertices * sizeof(int)));
     SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
     springls__keep_orientation(ctx, out);
     job.ctx = ctx;
-    job.positions = raw.positions;
     job.mesh = out;
-    springls__parallel(ctx, raw.vertex_count, 256, springls__dress_task, &job);
+    springls__parallel(ctx, raw.vertex_count, 1024, springls__dress_task, &job);
     return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
+    memset(out, 0, sizeof *out);
+    springls__use_device(ctx);
+    return springls__told(ctx, springls__dressed_isosurface(ctx, out));
 }
 
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
@@ -11072,10 +11315,10 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     int32_t *parent;
     uint64_t *sides;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     memset(out, 0, sizeof *out);
-    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)raw.triangle_count * 3, sizeof *sides, (void **)&sides));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)raw.vertex_count, sizeof *parent, (void **)&parent));
@@ -11141,7 +11384,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 548 \"springls.h\"\n",
+    "#line 549 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -11226,7 +11469,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 969 \"springls.h\"\n",
+    "#line 970 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -11290,7 +11533,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1034 \"springls.h\"\n",
+    "#line 1035 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11433,7 +11676,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1178 \"springls.h\"\n",
+    "#line 1179 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11500,7 +11743,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1246 \"springls.h\"\n",
+    "#line 1247 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11749,7 +11992,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1496 \"springls.h\"\n",
+    "#line 1497 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -11985,7 +12228,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1733 \"springls.h\"\n",
+    "#line 1734 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -12114,7 +12357,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1863 \"springls.h\"\n",
+    "#line 1864 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12232,7 +12475,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1982 \"springls.h\"\n",
+    "#line 1983 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12294,7 +12537,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2045 \"springls.h\"\n",
+    "#line 2046 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12492,7 +12735,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2244 \"springls.h\"\n",
+    "#line 2245 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12656,7 +12899,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2409 \"springls.h\"\n",
+    "#line 2410 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12682,7 +12925,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2436 \"springls.h\"\n",
+    "#line 2437 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12751,7 +12994,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2506 \"springls.h\"\n",
+    "#line 2507 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -12802,7 +13045,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2558 \"springls.h\"\n",
+    "#line 2559 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -12976,7 +13219,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2733 \"springls.h\"\n",
+    "#line 2734 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13097,7 +13340,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2855 \"springls.h\"\n",
+    "#line 2856 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -13230,7 +13473,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2989 \"springls.h\"\n",
+    "#line 2990 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13635,7 +13878,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3395 \"springls.h\"\n",
+    "#line 3396 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13729,7 +13972,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3490 \"springls.h\"\n",
+    "#line 3491 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -13828,7 +14071,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3590 \"springls.h\"\n",
+    "#line 3591 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -13841,15 +14084,21 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
     "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
-    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
+    "    const springls__group group = model->group;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float nearest = FLT_MAX;\n",
-    "    int v;\n",
+    "    float least = FLT_MAX;\n",
+    "    int row, v;\n",
     "    (void)job;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    nearest[group.item] = least;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
@@ -13899,16 +14148,18 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
-    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
-    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int v;\n",
+    "    int slot = g->top[i], row, v;\n",
+    "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;\n",
     "    (void)job;\n",
-    "    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
-    "    else\n",
-    "        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;\n",
+    "    (void)memory;\n",
+    "    SPRINGLS__BARRIER; /* all know the slot */\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
@@ -13916,39 +14167,46 @@ static const char *const springls__kernel_lines[] = {
     "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
     "}\n",
     "\n",
-    "/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a\n",
-    "   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
-    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)\n",
+    "/* Is the background beside a block of b^3 voxels? */\n",
+    "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
+    "{\n",
+    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)\n",
+    "        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
+    "}\n",
+    "\n",
+    "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
+    "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const int b = job.i[0];\n",
+    "    const springls__group group = model->group;\n",
+    "    const int b = job.i[0], across = 8 / b;\n",
     "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + first;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
-    "    SPRINGLS__GLOBAL float *next = g->phi_next + first;\n",
-    "    uint8_t grew = 0;\n",
-    "    int o[3], x, y, z, i, j, k;\n",
+    "    float grew = 0.0f;\n",
+    "    int o[3], block, v;\n",
     "    springls__slot_origin(g, g->active[index], o);\n",
-    "    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];\n",
-    "    for (z = 0; z < 8; z += b)\n",
-    "        for (y = 0; y < 8; y += b)\n",
-    "            for (x = 0; x < 8; x += b) {\n",
-    "                float nearest = FLT_MAX;\n",
-    "                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;\n",
-    "                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)\n",
-    "                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)\n",
-    "                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))\n",
-    "                    continue;\n",
-    "                for (k = z; k < z + b; k++)\n",
-    "                    for (j = y; j < y + b; j++)\n",
-    "                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
-    "                if (nearest <= SPRINGLS__SHELL) continue;\n",
-    "                grew = 1;\n",
-    "                for (k = z; k < z + b; k++)\n",
-    "                    for (j = y; j < y + b; j++)\n",
-    "                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;\n",
-    "            }\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;\n",
+    "    for (block = group.item; block < across * across * across; block += group.items) {\n",
+    "        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;\n",
+    "        bool background = phi[x + 8 * y + 64 * z] > 0.0f;\n",
+    "        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {\n",
+    "            float nearest = FLT_MAX;\n",
+    "            for (k = z; k < z + b; k++)\n",
+    "                for (j = y; j < y + b; j++)\n",
+    "                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
+    "            background = nearest > SPRINGLS__SHELL;\n",
+    "            if (background) grew = 1.0f;\n",
+    "        }\n",
+    "        for (k = z; k < z + b; k++)\n",
+    "            for (j = y; j < y + b; j++)\n",
+    "                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;\n",
+    "    }\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    grown[group.item] = grew;\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
     "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
@@ -13961,22 +14219,22 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
     "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                        SPRINGLS__GLOBAL const float *omega, float *side);\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,\n",
+    "                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
-    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    float side[SPRINGLS__BRICK_VOXELS];\n",
-    "    int y, z, v, o[3];\n",
+    "    int y, z, row, v, o[3];\n",
     "    uint32_t k;\n",
     "    (void)job;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
     "    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
@@ -13985,12 +14243,14 @@ static const char *const springls__kernel_lines[] = {
     "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++) {\n",
-    "                int row = 8 * y + 64 * z;\n",
-    "                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);\n",
+    "                v = 8 * y + 64 * z;\n",
+    "                if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);\n",
     "            }\n",
     "    }\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)\n",
-    "        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++)\n",
+    "            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
     "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
@@ -14000,16 +14260,18 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The side becomes the sign of the distance. */\n",
-    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
     "    SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;\n",
-    "    int v;\n",
+    "    int row, v;\n",
     "    (void)job;\n",
-    "    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
+    "    (void)memory;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3772 \"springls.h\"\n",
+    "#line 3792 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14066,7 +14328,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3830 \"springls.h\"\n",
+    "#line 3850 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14161,7 +14423,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3926 \"springls.h\"\n",
+    "#line 3946 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14280,7 +14542,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4046 \"springls.h\"\n",
+    "#line 4066 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14556,7 +14818,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4323 \"springls.h\"\n",
+    "#line 4343 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -14743,7 +15005,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4511 \"springls.h\"\n",
+    "#line 4531 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -14868,7 +15130,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4637 \"springls.h\"\n",
+    "#line 4657 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -14963,7 +15225,263 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4733 \"springls.h\"\n",
+    "#line 4753 \"springls.h\"\n",
+    "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
+    "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
+    "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
+    "\n",
+    "#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */\n",
+    "\n",
+    "/* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */\n",
+    "typedef uint32_t springls__cube;\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube & 255u); }\n",
+    "SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }\n",
+    "SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }\n",
+    "\n",
+    "/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */\n",
+    "SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }\n",
+    "\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;\n",
+    "}\n",
+    "\n",
+    "/* How many triangles and vertices active bricks have; after the scan, those before them. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];\n",
+    "}\n",
+    "\n",
+    "/* Triangles of a brick before each of its rows of cubes. */\n",
+    "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)\n",
+    "{\n",
+    "    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
+    "}\n",
+    "\n",
+    "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
+    "typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;\n",
+    "\n",
+    "/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest\n",
+    "   number. Cubes that begin before the domain belong to the bricks at its border. */\n",
+    "SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)\n",
+    "{\n",
+    "    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;\n",
+    "    springls__vertex_owner owner;\n",
+    "    int at[3], at_b, at_c, k;\n",
+    "    at[0] = x;\n",
+    "    at[1] = y;\n",
+    "    at[2] = z;\n",
+    "    at_b = at[b] + (edge & 1);\n",
+    "    at_c = at[c] + (edge >> 1 & 1);\n",
+    "    owner.cube[axis] = at[axis];\n",
+    "    owner.brick = -1;\n",
+    "    for (k = 3; k >= 0; k--) {\n",
+    "        int brick;\n",
+    "        at[b] = at_b - (k & 1);\n",
+    "        at[c] = at_c - (k >> 1);\n",
+    "        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));\n",
+    "        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;\n",
+    "        owner.brick = brick;\n",
+    "        owner.edge = 4 * axis + k;\n",
+    "        owner.cube[b] = at[b];\n",
+    "        owner.cube[c] = at[c];\n",
+    "        if ((at_b & 7) != 0 && (at_c & 7) != 0) break; /* all four are in one brick */\n",
+    "    }\n",
+    "    return owner;\n",
+    "}\n",
+    "\n",
+    "/* The edges with a vertex that belongs to a cube. */\n",
+    "SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)\n",
+    "{\n",
+    "    uint32_t own = 0u;\n",
+    "    int edge;\n",
+    "    for (edge = 0; edge < 12; edge++) {\n",
+    "        int a = springls__mc_edge_corner(edge), b = a | 1 << springls__mc_edge_axis(edge);\n",
+    "        springls__vertex_owner owner;\n",
+    "        if (((mask >> a ^ mask >> b) & 1) == 0) continue;\n",
+    "        owner = springls__owner_of(g, x, y, z, edge);\n",
+    "        if (owner.cube[0] == x && owner.cube[1] == y && owner.cube[2] == z) own |= 1u << edge;\n",
+    "    }\n",
+    "    return own;\n",
+    "}\n",
+    "\n",
+    "/* Which voxels of a row of a tile are inside, one bit each. */\n",
+    "SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)\n",
+    "{\n",
+    "    uint32_t signs = 0u;\n",
+    "    int x;\n",
+    "    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;\n",
+    "    return signs;\n",
+    "}\n",
+    "\n",
+    "/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */\n",
+    "SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])\n",
+    "{\n",
+    "    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 4; k++) {\n",
+    "        row[k] = (uint32_t)signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];\n",
+    "        all &= row[k];\n",
+    "        some |= row[k];\n",
+    "    }\n",
+    "    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;\n",
+    "}\n",
+    "\n",
+    "/* The case of the cube at x among them. */\n",
+    "SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)\n",
+    "{\n",
+    "    uint32_t mask = 0u;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 4; k++) mask |= (row[k] >> (x + 1) & 3u) << 2 * k;\n",
+    "    return (int)mask;\n",
+    "}\n",
+    "\n",
+    "/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */\n",
+    "#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)\n",
+    "\n",
+    "/* A row of cubes of active brick i; vertices are counted from the row's begin. */\n",
+    "SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,\n",
+    "                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i) + 9 * n;\n",
+    "    const int y = n % 9 - 1, z = n / 9 - 1, *o = range->origin;\n",
+    "    uint32_t row[4], triangles = 0u, vertices = 0u, own;\n",
+    "    int x;\n",
+    "    for (x = 0; x < 9; x++) cubes[x] = 0u;\n",
+    "    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))\n",
+    "        for (x = range->lo[0]; x <= range->hi[0]; x++) {\n",
+    "            int mask = springls__case_between(row, x);\n",
+    "            if (springls__mc_count(mask) == 0) continue;\n",
+    "            own = springls__own_edges(&model->grid, o[0] + x, o[1] + y, o[2] + z, mask);\n",
+    "            cubes[x + 1] = (uint32_t)mask | own << 8 | vertices << 20;\n",
+    "            triangles += (uint32_t)springls__mc_count(mask);\n",
+    "            for (; own; own &= own - 1u) vertices++;\n",
+    "        }\n",
+    "    rows[n] = (float)triangles;\n",
+    "    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;\n",
+    "}\n",
+    "\n",
+    "/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices\n",
+    "   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */\n",
+    "SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const springls__group group = model->group;\n",
+    "    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;\n",
+    "    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);\n",
+    "    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
+    "    int n, x, k;\n",
+    "    (void)job;\n",
+    "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);\n",
+    "    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)\n",
+    "        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) springls__count_row(model, &range, i, n, signs, rows);\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    for (k = 0; k < 2 && group.item == 0; k++) { /* sums of the rows before */\n",
+    "        float sum = 0.0f;\n",
+    "        for (n = k * SPRINGLS__CUBE_ROWS; n < (k + 1) * SPRINGLS__CUBE_ROWS; n++) {\n",
+    "            float one = rows[n];\n",
+    "            rows[n] = sum;\n",
+    "            sum += one;\n",
+    "        }\n",
+    "        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;\n",
+    "    }\n",
+    "    SPRINGLS__BARRIER;\n",
+    "    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;\n",
+    "    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {\n",
+    "        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];\n",
+    "        for (x = 0; x < 9; x++)\n",
+    "            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */\n",
+    "SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)\n",
+    "{\n",
+    "    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);\n",
+    "    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;\n",
+    "    uint32_t seen = 0u;\n",
+    "    springls__cube cube;\n",
+    "    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;\n",
+    "    cube = springls__cubes_of(model, i)[springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];\n",
+    "    number = (int)springls__vertices_before(model)[i] + springls__cube_first(cube);\n",
+    "    for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {\n",
+    "        if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;\n",
+    "        seen |= 1u << other;\n",
+    "    }\n",
+    "    return number;\n",
+    "}\n",
+    "\n",
+    "/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */\n",
+    "SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,\n",
+    "                                            springls__mc_cell cell, springls__cube cube, uint32_t first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];\n",
+    "    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;\n",
+    "    const int mask = springls__cube_case(cube), *o = range->origin;\n",
+    "    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;\n",
+    "    uint32_t seen = 0u;\n",
+    "    for (k = 0; k < 3 * springls__mc_count(mask); k++) {\n",
+    "        int edge = springls__mc_edge(mask, 0, k);\n",
+    "        if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {\n",
+    "            positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);\n",
+    "            vertex[edge] = place++;\n",
+    "        } else if (!(seen >> edge & 1u)) {\n",
+    "            vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);\n",
+    "        }\n",
+    "        seen |= 1u << edge;\n",
+    "        corners[k] = vertex[edge];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Vertices and triangles of active brick i; job.i[0]: all triangles. */\n",
+    "SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);\n",
+    "    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;\n",
+    "    springls__cube_range range = springls__brick_cubes(g, g->active[i]);\n",
+    "    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];\n",
+    "    int n, x;\n",
+    "    if (end == before[0]) return;\n",
+    "    springls__load_tile(g, g->phi, g->active[i], model->group, tile);\n",
+    "    for (n = model->group.item; n < SPRINGLS__CUBE_ROWS; n += model->group.items) {\n",
+    "        uint32_t first = before[0] + springls__triangles_of_rows(model, i)[n];\n",
+    "        const int y = n % 9 - 1, z = n / 9 - 1;\n",
+    "        for (x = -1; x < 8; x++) {\n",
+    "            springls__cube cube = cubes[springls__cube_index(x, y, z)];\n",
+    "            if (cube == 0u) continue;\n",
+    "            springls__surface_cube(model, &range, i, x, y, z, springls__tile_cube(tile, x, y, z), cube, first);\n",
+    "            first += (uint32_t)springls__mc_count(springls__cube_case(cube));\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
+    "{\n",
+    "    springls__v3 a = model->set.a[springl];\n",
+    "    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);\n",
+    "    return fit.ok ? fit.a : a;\n",
+    "}\n",
+    "\n",
+    "/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */\n",
+    "SPRINGLS__MATHS void springls__dress_element(const springls__model *model, springls__job job, int i)\n",
+    "{\n",
+    "    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];\n",
+    "    int nearest = springls__nearest_springl(model, x, 1.0f);\n",
+    "    (void)job;\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);\n",
+    "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
+    "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
+    "}\n",
+    "#line 5010 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15203,7 +15721,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 4974 \"springls.h\"\n",
+    "#line 5251 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15234,7 +15752,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5006 \"springls.h\"\n",
+    "#line 5283 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15274,7 +15792,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
     "   sphere is at most half a voxel further than the nearest springl. */\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, float *side)\n",
+    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
@@ -15441,7 +15959,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5214 \"springls.h\"\n",
+    "#line 5491 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -15549,7 +16067,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5323 \"springls.h\"\n",
+    "#line 5600 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -15582,7 +16100,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, float *side)\n",
+    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -15685,7 +16203,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5460 \"springls.h\"\n",
+    "#line 5737 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -15722,14 +16240,10 @@ static const char *const springls__kernel_lines[] = {
     "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
     "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
     "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
-    "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2))                                                     \\\n",
     "    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \\\n",
-    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI))                                      \\\n",
-    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1))                                   \\\n",
-    "    X(sides, 4, SPRINGLS__BIT(PHI))                                                                 \\\n",
-    "    X(with_sign, 64, SPRINGLS__BIT(PHI))                                                            \\\n",
     "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
-    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))\n",
+    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \\\n",
+    "    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))\n",
     "\n",
     "/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */\n",
     "#define SPRINGLS__BRICK_KERNELS(X) \\\n",
@@ -15740,7 +16254,15 @@ static const char *const springls__kernel_lines[] = {
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
     "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
     "    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \\\n",
-    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)\n",
+    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \\\n",
+    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \\\n",
+    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__ROWS) \\\n",
+    "    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS) \\\n",
+    "    X(with_sign, 64, SPRINGLS__BIT(PHI), 1) \\\n",
+    "    X(surface_count, 8, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3) | SPRINGLS__BIT(SCRATCH4) | SPRINGLS__BIT(SCRATCH7), \\\n",
+    "      SPRINGLS__SURFACE_FLOATS) \\\n",
+    "    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)\n",
     "\n",
     "/* Those whose loop is in lanes_*.h. */\n",
     "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
@@ -15759,7 +16281,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 15763 \"springls.h\"\n",
+    "#line 16285 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16173,15 +16695,13 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16177 \"springls.h\"\n",
+    "#line 16699 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
     "/* ---- regions (src/unsigned_to_signed.h): labels are joined by union-find ----\n",
     "   Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a\n",
     "   smaller number in its region, or itself; in the end the smallest, the root. -1: not in a region. */\n",
-    "\n",
-    "#define SPRINGLS__ROWS 64 /* of eight voxels, in a brick */\n",
     "\n",
     "typedef struct springls__regions {\n",
     "    const springls__model *model;\n",
@@ -16212,7 +16732,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)\n",
     "{\n",
-    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && ((__global const uint8_t *)model->scratch[2])[brick] == SPRINGLS__OPEN;\n",
+    "    __global const uint8_t *state = (__global const uint8_t *)model->scratch[2];\n",
+    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)\n",
@@ -16259,12 +16780,12 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)\n",
     "{\n",
     "    const springls__grid *g = &r->model->grid;\n",
-    "    int slot, n;\n",
+    "    int brick, v;\n",
     "    if (!springls__grid_contains(g, x, y, z)) return -1;\n",
-    "    slot = springls__slot_at(g, x, y, z);\n",
-    "    n = slot < SPRINGLS__FIRST_SLOT ? springls__brick_at(g, x, y, z) : slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, n) ? r->voxels + n : -1;\n",
-    "    return springls__unsettled(r->model, (size_t)n) ? n : -1;\n",
+    "    brick = springls__brick_at(g, x, y, z);\n",
+    "    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, brick) ? r->voxels + brick : -1;\n",
+    "    v = g->top[brick] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
+    "    return springls__unsettled(r->model, (size_t)v) ? v : -1;\n",
     "}\n",
     "\n",
     "/* A row with those below and before it, and with constant bricks on all sides; a constant brick with those before it. */\n",
@@ -16278,19 +16799,23 @@ static const char *const springls__kernel_lines[] = {
     "        if (!springls__open_brick(model, brick)) return;\n",
     "        for (d = 0; d < 3; d++) {\n",
     "            bool first = brick / stride % model->grid.bricks[d] == 0;\n",
-    "            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, r.voxels + brick, r.voxels + brick - stride);\n",
+    "            int n = r.voxels + brick;\n",
+    "            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, n, n - stride);\n",
     "            stride *= model->grid.bricks[d];\n",
     "        }\n",
     "        return;\n",
     "    }\n",
     "    springls__row_at(&model->grid, i, at);\n",
     "    for (d = 0; d < 6; d++) {\n",
-    "        int axis = d >> 1, by = d & 1 ? 1 : -1, before = -1;\n",
+    "        int axis = d >> 1, by = d & 1 ? 1 : -1, beside = -1, to[3];\n",
+    "        to[1] = at[1] + (axis == 1 ? by : 0);\n",
+    "        to[2] = at[2] + (axis == 2 ? by : 0);\n",
     "        for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
-    "            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), other = -1;\n",
-    "            if (n >= 0) other = springls__region_node(&r, at[0] + x + (axis == 0 ? by : 0), at[1] + (axis == 1 ? by : 0), at[2] + (axis == 2 ? by : 0));\n",
-    "            if (other >= 0 && before < 0 && (other >= r.voxels || by < 0)) springls__region_unite(r.label, n, other); /* once a run */\n",
-    "            before = other;\n",
+    "            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), before = beside;\n",
+    "            to[0] = at[0] + x + (axis == 0 ? by : 0);\n",
+    "            beside = n < 0 ? -1 : springls__region_node(&r, to[0], to[1], to[2]);\n",
+    "            if (beside < 0 || before >= 0 || (by > 0 && beside < r.voxels)) continue; /* once a run, and once a pair */\n",
+    "            springls__region_unite(r.label, n, beside);\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -16343,8 +16868,10 @@ static const char *const springls__kernel_lines[] = {
     "            continue;\n",
     "        }\n",
     "        if (root < 0) root = springls__region_root(r.label, label);\n",
-    "        for (d = 0; d < 6; d++)\n",
-    "            votes += springls__region_vote(model, at[0] + v + (d == 0 ? -1 : d == 1), at[1] + (d == 2 ? -1 : d == 3), at[2] + (d == 4 ? -1 : d == 5));\n",
+    "        for (d = -1; d <= 1; d += 2)\n",
+    "            votes += springls__region_vote(model, at[0] + v + d, at[1], at[2])\n",
+    "                   + springls__region_vote(model, at[0] + v, at[1] + d, at[2])\n",
+    "                   + springls__region_vote(model, at[0] + v, at[1], at[2] + d);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -16366,7 +16893,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16370 \"springls.h\"\n",
+    "#line 16897 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

@@ -5,8 +5,6 @@
    Nodes are the unsettled voxels, numbered as in phi, and behind them the open constant bricks. SCRATCH1 has the label of each: a
    smaller number in its region, or itself; in the end the smallest, the root. -1: not in a region. */
 
-#define SPRINGLS__ROWS 64 /* of eight voxels, in a brick */
-
 typedef struct springls__regions {
     const springls__model *model;
     __global int *label;
@@ -36,7 +34,8 @@ SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3]
 
 SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)
 {
-    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && ((__global const uint8_t *)model->scratch[2])[brick] == SPRINGLS__OPEN;
+    __global const uint8_t *state = (__global const uint8_t *)model->scratch[2];
+    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;
 }
 
 SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)
@@ -83,12 +82,12 @@ SPRINGLS__MATHS void springls__region_unite(__global int *label, int a, int b)
 SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)
 {
     const springls__grid *g = &r->model->grid;
-    int slot, n;
+    int brick, v;
     if (!springls__grid_contains(g, x, y, z)) return -1;
-    slot = springls__slot_at(g, x, y, z);
-    n = slot < SPRINGLS__FIRST_SLOT ? springls__brick_at(g, x, y, z) : slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, n) ? r->voxels + n : -1;
-    return springls__unsettled(r->model, (size_t)n) ? n : -1;
+    brick = springls__brick_at(g, x, y, z);
+    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, brick) ? r->voxels + brick : -1;
+    v = g->top[brick] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    return springls__unsettled(r->model, (size_t)v) ? v : -1;
 }
 
 /* A row with those below and before it, and with constant bricks on all sides; a constant brick with those before it. */
@@ -102,19 +101,23 @@ SPRINGLS__MATHS void springls__region_join_element(const springls__model *model,
         if (!springls__open_brick(model, brick)) return;
         for (d = 0; d < 3; d++) {
             bool first = brick / stride % model->grid.bricks[d] == 0;
-            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, r.voxels + brick, r.voxels + brick - stride);
+            int n = r.voxels + brick;
+            if (!first && springls__open_brick(model, brick - stride)) springls__region_unite(r.label, n, n - stride);
             stride *= model->grid.bricks[d];
         }
         return;
     }
     springls__row_at(&model->grid, i, at);
     for (d = 0; d < 6; d++) {
-        int axis = d >> 1, by = d & 1 ? 1 : -1, before = -1;
+        int axis = d >> 1, by = d & 1 ? 1 : -1, beside = -1, to[3];
+        to[1] = at[1] + (axis == 1 ? by : 0);
+        to[2] = at[2] + (axis == 2 ? by : 0);
         for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {
-            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), other = -1;
-            if (n >= 0) other = springls__region_node(&r, at[0] + x + (axis == 0 ? by : 0), at[1] + (axis == 1 ? by : 0), at[2] + (axis == 2 ? by : 0));
-            if (other >= 0 && before < 0 && (other >= r.voxels || by < 0)) springls__region_unite(r.label, n, other); /* once a run */
-            before = other;
+            int n = springls__region_node(&r, at[0] + x, at[1], at[2]), before = beside;
+            to[0] = at[0] + x + (axis == 0 ? by : 0);
+            beside = n < 0 ? -1 : springls__region_node(&r, to[0], to[1], to[2]);
+            if (beside < 0 || before >= 0 || (by > 0 && beside < r.voxels)) continue; /* once a run, and once a pair */
+            springls__region_unite(r.label, n, beside);
         }
     }
 }
@@ -167,8 +170,10 @@ SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model,
             continue;
         }
         if (root < 0) root = springls__region_root(r.label, label);
-        for (d = 0; d < 6; d++)
-            votes += springls__region_vote(model, at[0] + v + (d == 0 ? -1 : d == 1), at[1] + (d == 2 ? -1 : d == 3), at[2] + (d == 4 ? -1 : d == 5));
+        for (d = -1; d <= 1; d += 2)
+            votes += springls__region_vote(model, at[0] + v + d, at[1], at[2])
+                   + springls__region_vote(model, at[0] + v, at[1] + d, at[2])
+                   + springls__region_vote(model, at[0] + v, at[1], at[2] + d);
     }
 }
 

@@ -10,15 +10,21 @@
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
+    const springls__group group = model->group;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    float nearest = FLT_MAX;
-    int v;
+    float least = FLT_MAX;
+    int row, v;
     (void)job;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS && g->top[i] >= SPRINGLS__FIRST_SLOT; v++) nearest = springls__min(nearest, omega[v]);
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = nearest <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+    for (row = group.item; row < SPRINGLS__ROWS && g->top[i] >= SPRINGLS__FIRST_SLOT; row += group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) least = springls__min(least, omega[v]);
+    SPRINGLS__BARRIER;
+    nearest[group.item] = least;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -68,16 +74,18 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
-    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-    int v;
+    int slot = g->top[i], row, v;
+    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     (void)job;
-    if (g->top[i] < SPRINGLS__FIRST_SLOT) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
-    else
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = background ? 1.0f : -1.0f;
+    (void)memory;
+    SPRINGLS__BARRIER; /* all know the slot */
+    if (slot < SPRINGLS__FIRST_SLOT && model->group.item == 0) g->top[i] = background ? SPRINGLS__OUTSIDE : SPRINGLS__INSIDE;
+    for (row = model->group.item; row < SPRINGLS__ROWS && slot >= SPRINGLS__FIRST_SLOT; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
 }
 
 SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
@@ -85,39 +93,46 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
     return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
-/* One growth of the background by blocks of job.i[0] = 4, 2 or 1 voxels in an active brick, phi to phi_next. All voxels of a
-   block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index)
+/* Is the background beside a block of b^3 voxels? */
+SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
+{
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)
+        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+}
+
+/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
+   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
-    const int b = job.i[0];
+    const springls__group group = model->group;
+    const int b = job.i[0], across = 8 / b;
     size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + first;
     SPRINGLS__GLOBAL const float *phi = g->phi + first;
-    SPRINGLS__GLOBAL float *next = g->phi_next + first;
-    uint8_t grew = 0;
-    int o[3], x, y, z, i, j, k;
+    float grew = 0.0f;
+    int o[3], block, v;
     springls__slot_origin(g, g->active[index], o);
-    for (i = 0; i < SPRINGLS__BRICK_VOXELS; i++) next[i] = phi[i];
-    for (z = 0; z < 8; z += b)
-        for (y = 0; y < 8; y += b)
-            for (x = 0; x < 8; x += b) {
-                float nearest = FLT_MAX;
-                if (phi[x + 8 * y + 64 * z] > 0.0f) continue;
-                if (!springls__background_at(g, o[0] + x - 1, o[1] + y, o[2] + z) && !springls__background_at(g, o[0] + x + b, o[1] + y, o[2] + z)
-                    && !springls__background_at(g, o[0] + x, o[1] + y - 1, o[2] + z) && !springls__background_at(g, o[0] + x, o[1] + y + b, o[2] + z)
-                    && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z - 1) && !springls__background_at(g, o[0] + x, o[1] + y, o[2] + z + b))
-                    continue;
-                for (k = z; k < z + b; k++)
-                    for (j = y; j < y + b; j++)
-                        for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-                if (nearest <= SPRINGLS__SHELL) continue;
-                grew = 1;
-                for (k = z; k < z + b; k++)
-                    for (j = y; j < y + b; j++)
-                        for (i = x; i < x + b; i++) next[i + 8 * j + 64 * k] = 1.0f;
-            }
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew;
+    for (block = group.item; block < across * across * across; block += group.items) {
+        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
+        bool background = phi[x + 8 * y + 64 * z] > 0.0f;
+        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
+            float nearest = FLT_MAX;
+            for (k = z; k < z + b; k++)
+                for (j = y; j < y + b; j++)
+                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
+            background = nearest > SPRINGLS__SHELL;
+            if (background) grew = 1.0f;
+        }
+        for (k = z; k < z + b; k++)
+            for (j = y; j < y + b; j++)
+                for (i = x; i < x + b; i++) g->phi_next[first + (size_t)(i + 8 * j + 64 * k)] = background ? 1.0f : -1.0f;
+    }
+    SPRINGLS__BARRIER;
+    grown[group.item] = grew;
+    SPRINGLS__BARRIER;
+    for (v = 0; v < group.items; v++) grew = springls__max(grew, grown[v]);
+    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
 }
 
 /* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
@@ -130,22 +145,22 @@ SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                        SPRINGLS__GLOBAL const float *omega, float *side);
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,
+                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);
 
 /* Voxels that springls are near take the side of the nearest ones. */
-SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    float side[SPRINGLS__BRICK_VOXELS];
-    int y, z, v, o[3];
+    int y, z, row, v, o[3];
     uint32_t k;
     (void)job;
     springls__slot_origin(g, g->active[i], o);
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) side[v] = 0.0f;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
@@ -154,12 +169,14 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
-                int row = 8 * y + 64 * z;
-                springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + row, side + row);
+                v = 8 * y + 64 * z;
+                if (springls__is_mine(model->group, y + 8 * z))
+                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
             }
     }
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-        if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++)
+            if (omega[v] < capture && side[v] != 0.0f) phi[v] = side[v] > 0.0f ? 1.0f : -1.0f;
 }
 
 /* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
@@ -169,12 +186,14 @@ SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t vo
 }
 
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
     SPRINGLS__GLOBAL const float *omega = model->grid.omega + first;
-    int v;
+    int row, v;
     (void)job;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
+    (void)memory;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];
 }

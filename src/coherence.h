@@ -84,6 +84,13 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     return SPRINGLS_OK;
 }
 
+/* The first bytes of an array, to be read here and then forgotten. */
+SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
+{
+    if (ctx->backend_status != SPRINGLS_OK || !ctx->memory[array].host_stale) return ctx->backend_status;
+    return ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true);
+}
+
 /* Stages run on the device ... */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 

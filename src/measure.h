@@ -7,10 +7,10 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     int32_t *parent;
     uint64_t *sides;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     memset(out, 0, sizeof *out);
-    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)raw.triangle_count * 3, sizeof *sides, (void **)&sides));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)raw.vertex_count, sizeof *parent, (void **)&parent));

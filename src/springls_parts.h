@@ -34,6 +34,7 @@
 #include "../kernels_embed/marching_cubes.h"
 #include "../kernels_embed/fill_from_springls.h"
 #include "../kernels_embed/fill_gaps.h"
+#include "../kernels_embed/isosurface.h"
 #include "../kernels_embed/lanes.h"
 #include "../kernels_embed/lanes_neighbors.h"
 #include "../kernels_embed/lanes_rows.h"

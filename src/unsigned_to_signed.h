@@ -7,23 +7,27 @@
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, x, y, z, lo[3], hi[3], pass, *list = NULL;
-    size_t total = 0;
+    int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
+    uint8_t *wanted;
     springls__constellation_changed(ctx);
     SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
     springls__grid_clear(ctx, g);
-    for (pass = 0; pass < 2; pass++) {
-        if (pass) SPRINGLS__TRY(springls__scratch(ctx, 1, total, sizeof(int), (void **)&list));
-        for (total = 0, i = 0; i < ctx->model.set.count; i++) {
-            springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
-            for (z = lo[2]; z <= hi[2]; z++)
-                for (y = lo[1]; y <= hi[1]; y++)
-                    for (x = lo[0]; x <= hi[0]; x++, total++)
-                        if (pass) list[total] = x + g->bricks[0] * (y + g->bricks[1] * z);
-        }
-        if (total > (size_t)INT32_MAX) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the springls are too large for the grid");
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
+    memset(wanted, 0, (size_t)bricks);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__springl_bricks(g, &ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f, lo, hi);
+        for (z = lo[2]; z <= hi[2]; z++)
+            for (y = lo[1]; y <= hi[1]; y++)
+                for (x = lo[0]; x <= hi[0]; x++) {
+                    int brick = x + g->bricks[0] * (y + g->bricks[1] * z);
+                    count += !wanted[brick];
+                    wanted[brick] = 1;
+                }
     }
-    return springls__grid_add_bricks(ctx, list, (int)total);
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, sizeof(int), (void **)&list));
+    for (i = count = 0; i < bricks; i++)
+        if (wanted[i]) list[count++] = i;
+    return springls__grid_add_bricks(ctx, list, count);
 }
 
 /* The background grows through bricks: the coarse levels of the paper, each to its end. In SCRATCH2. */
@@ -158,8 +162,10 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
     SPRINGLS__TRY(springls__scratch(ctx, 1, room, sizeof *region.member, &memory));
     region.member = (int64_t *)memory;
-    for (v = 0; v < voxels; v++)
-        if (springls__uncounted(&region, springls__active_voxel(g, v))) springls__region_settle(&region, springls__active_voxel(g, v));
+    for (v = 0; v < voxels; v++) {
+        int64_t first = springls__active_voxel(g, v);
+        if (springls__uncounted(&region, first)) springls__region_settle(&region, first);
+    }
     return SPRINGLS_OK;
 }
 

@@ -1,7 +1,8 @@
 /* volume_lock.h - the volume of every component is held (params.volume_lock) by a tiny offset of its springls and of phi along
    the normals. A component is what is connected inside phi, through faces of voxels or through a triangle of marching cubes;
    its volume is that of its marching cubes surface, the one springls_measure tells. What it should be goes with the springls:
-   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed. */
+   each knows the component it was part of, so that after a split or a merger what was known is shared out or summed.
+   Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
 typedef struct springls__part { double volume, area; float offset, moved; int32_t kin; bool speck; } springls__part; /* moved: offsets in all */

@@ -1,0 +1,255 @@
+/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four
+   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its
+   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */
+
+#define SPRINGLS__CUBE_ROWS 81 /* of nine cubes, in a brick */
+
+/* A cube with triangles: its case, the edges it owns << 8, vertices owned by those before it in the brick << 20. */
+typedef uint32_t springls__cube;
+
+SPRINGLS__MATHS int springls__cube_case(springls__cube cube) { return (int)(cube & 255u); }
+SPRINGLS__MATHS bool springls__cube_owns(springls__cube cube, int edge) { return (cube >> 8 >> edge & 1u) != 0u; }
+SPRINGLS__MATHS int springls__cube_first(springls__cube cube) { return (int)(cube >> 20); }
+
+/* Cube (x, y, z) of a brick, each from -1 on, among those of active brick i. */
+SPRINGLS__MATHS int springls__cube_index(int x, int y, int z) { return x + 1 + 9 * (y + 1 + 9 * (z + 1)); }
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL springls__cube *springls__cubes_of(const springls__model *model, int i)
+{
+    return (SPRINGLS__GLOBAL springls__cube *)model->scratch[1] + (size_t)i * SPRINGLS__CUBES;
+}
+
+/* How many triangles and vertices active bricks have; after the scan, those before them. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_before(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[2];
+}
+
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__vertices_before(const springls__model *model)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[3];
+}
+
+/* Triangles of a brick before each of its rows of cubes. */
+SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const springls__model *model, int i)
+{
+    return (SPRINGLS__GLOBAL uint32_t *)model->scratch[7] + (size_t)i * SPRINGLS__CUBE_ROWS;
+}
+
+/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
+typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
+
+/* Of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes the first in the brick of the lowest
+   number. Cubes that begin before the domain belong to the bricks at its border. */
+SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *g, int x, int y, int z, int edge)
+{
+    const int axis = springls__mc_edge_axis(edge), b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
+    springls__vertex_owner owner;
+    int at[3], at_b, at_c, k;
+    at[0] = x;
+    at[1] = y;
+    at[2] = z;
+    at_b = at[b] + (edge & 1);
+    at_c = at[c] + (edge >> 1 & 1);
+    owner.cube[axis] = at[axis];
+    owner.brick = -1;
+    for (k = 3; k >= 0; k--) {
+        int brick;
+        at[b] = at_b - (k & 1);
+        at[c] = at_c - (k >> 1);
+        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
+        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;
+        owner.brick = brick;
+        owner.edge = 4 * axis + k;
+        owner.cube[b] = at[b];
+        owner.cube[c] = at[c];
+        if ((at_b & 7) != 0 && (at_c & 7) != 0) break; /* all four are in one brick */
+    }
+    return owner;
+}
+
+/* The edges with a vertex that belongs to a cube. */
+SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
+{
+    uint32_t own = 0u;
+    int edge;
+    for (edge = 0; edge < 12; edge++) {
+        int a = springls__mc_edge_corner(edge), b = a | 1 << springls__mc_edge_axis(edge);
+        springls__vertex_owner owner;
+        if (((mask >> a ^ mask >> b) & 1) == 0) continue;
+        owner = springls__owner_of(g, x, y, z, edge);
+        if (owner.cube[0] == x && owner.cube[1] == y && owner.cube[2] == z) own |= 1u << edge;
+    }
+    return own;
+}
+
+/* Which voxels of a row of a tile are inside, one bit each. */
+SPRINGLS__MATHS uint32_t springls__signs_of_row(SPRINGLS__LOCAL const float *row)
+{
+    uint32_t signs = 0u;
+    int x;
+    for (x = 0; x < SPRINGLS__TILE; x++) signs |= (uint32_t)springls__mc_inside(row[x]) << x;
+    return signs;
+}
+
+/* The four rows of voxels that a row of cubes lies between: their signs; false where they are all the same. */
+SPRINGLS__MATHS bool springls__signs_around(SPRINGLS__LOCAL const float *signs, int y, int z, uint32_t row[4])
+{
+    uint32_t all = (1u << SPRINGLS__TILE) - 1u, some = 0u;
+    int k;
+    for (k = 0; k < 4; k++) {
+        row[k] = (uint32_t)signs[y + 1 + (k & 1) + SPRINGLS__TILE * (z + 1 + (k >> 1))];
+        all &= row[k];
+        some |= row[k];
+    }
+    return some != 0u && all != (1u << SPRINGLS__TILE) - 1u;
+}
+
+/* The case of the cube at x among them. */
+SPRINGLS__MATHS int springls__case_between(const uint32_t row[4], int x)
+{
+    uint32_t mask = 0u;
+    int k;
+    for (k = 0; k < 4; k++) mask |= (row[k] >> (x + 1) & 3u) << 2 * k;
+    return (int)mask;
+}
+
+/* What work items share: a tile, its signs (whole numbers), and what rows of cubes come to: triangles, vertices. */
+#define SPRINGLS__SURFACE_FLOATS (SPRINGLS__TILE_VOXELS + SPRINGLS__TILE * SPRINGLS__TILE + 2 * SPRINGLS__CUBE_ROWS)
+
+/* A row of cubes of active brick i; vertices are counted from the row's begin. */
+SPRINGLS__MATHS void springls__count_row(const springls__model *model, const springls__cube_range *range, int i, int n,
+                                         SPRINGLS__LOCAL const float *signs, SPRINGLS__LOCAL float *rows)
+{
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i) + 9 * n;
+    const int y = n % 9 - 1, z = n / 9 - 1, *o = range->origin;
+    uint32_t row[4], triangles = 0u, vertices = 0u, own;
+    int x;
+    for (x = 0; x < 9; x++) cubes[x] = 0u;
+    if (y >= range->lo[1] && y <= range->hi[1] && z >= range->lo[2] && z <= range->hi[2] && springls__signs_around(signs, y, z, row))
+        for (x = range->lo[0]; x <= range->hi[0]; x++) {
+            int mask = springls__case_between(row, x);
+            if (springls__mc_count(mask) == 0) continue;
+            own = springls__own_edges(&model->grid, o[0] + x, o[1] + y, o[2] + z, mask);
+            cubes[x + 1] = (uint32_t)mask | own << 8 | vertices << 20;
+            triangles += (uint32_t)springls__mc_count(mask);
+            for (; own; own &= own - 1u) vertices++;
+        }
+    rows[n] = (float)triangles;
+    rows[SPRINGLS__CUBE_ROWS + n] = (float)vertices;
+}
+
+/* To SCRATCH1: the cubes of active brick i, 0 for those without triangles. To SCRATCH2 and 3: how many triangles and vertices
+   they have. To SCRATCH4, for its slot: i. To SCRATCH7: triangles of the brick before each row of cubes. */
+SPRINGLS__MATHS void springls__surface_count_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+{
+    const springls__group group = model->group;
+    SPRINGLS__LOCAL float *signs = tile + SPRINGLS__TILE_VOXELS, *rows = signs + SPRINGLS__TILE * SPRINGLS__TILE;
+    SPRINGLS__GLOBAL springls__cube *cubes = springls__cubes_of(model, i);
+    const springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
+    int n, x, k;
+    (void)job;
+    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], group, tile);
+    for (n = group.item; n < SPRINGLS__TILE * SPRINGLS__TILE; n += group.items)
+        signs[n] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * n);
+    SPRINGLS__BARRIER;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) springls__count_row(model, &range, i, n, signs, rows);
+    SPRINGLS__BARRIER;
+    for (k = 0; k < 2 && group.item == 0; k++) { /* sums of the rows before */
+        float sum = 0.0f;
+        for (n = k * SPRINGLS__CUBE_ROWS; n < (k + 1) * SPRINGLS__CUBE_ROWS; n++) {
+            float one = rows[n];
+            rows[n] = sum;
+            sum += one;
+        }
+        (k ? springls__vertices_before(model) : springls__triangles_before(model))[i] = (uint32_t)sum;
+    }
+    SPRINGLS__BARRIER;
+    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
+    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
+        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
+        for (x = 0; x < 9; x++)
+            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;
+    }
+}
+
+/* The number of the vertex on an edge of a cube that is not the cube's. Its owner numbers vertices as triangles come to them. */
+SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
+{
+    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
+    int i = ((SPRINGLS__GLOBAL const int *)model->scratch[4])[model->grid.top[owner.brick]], axis, k, other, number;
+    uint32_t seen = 0u;
+    springls__cube cube;
+    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
+    cube = springls__cubes_of(model, i)[springls__cube_index(owner.cube[0], owner.cube[1], owner.cube[2])];
+    number = (int)springls__vertices_before(model)[i] + springls__cube_first(cube);
+    for (k = 0; (other = springls__mc_edge(springls__cube_case(cube), 0, k)) != owner.edge; k++) {
+        if (springls__cube_owns(cube, other) && !(seen >> other & 1u)) number++;
+        seen |= 1u << other;
+    }
+    return number;
+}
+
+/* A cube's vertices to SCRATCH5, those of its own, and its triangles to SCRATCH6 from number `first` on. */
+SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const springls__cube_range *range, int i, int x, int y, int z,
+                                            springls__mc_cell cell, springls__cube cube, uint32_t first)
+{
+    SPRINGLS__GLOBAL springls__v3 *positions = (SPRINGLS__GLOBAL springls__v3 *)model->scratch[5];
+    SPRINGLS__GLOBAL int *corners = (SPRINGLS__GLOBAL int *)model->scratch[6] + 3 * (size_t)first;
+    const int mask = springls__cube_case(cube), *o = range->origin;
+    int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
+    uint32_t seen = 0u;
+    for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+        int edge = springls__mc_edge(mask, 0, k);
+        if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {
+            positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);
+            vertex[edge] = place++;
+        } else if (!(seen >> edge & 1u)) {
+            vertex[edge] = springls__vertex_elsewhere(model, o[0] + x, o[1] + y, o[2] + z, edge);
+        }
+        seen |= 1u << edge;
+        corners[k] = vertex[edge];
+    }
+}
+
+/* Vertices and triangles of active brick i; job.i[0]: all triangles. */
+SPRINGLS__MATHS void springls__surface_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+{
+    const springls__grid *g = &model->grid;
+    SPRINGLS__GLOBAL const springls__cube *cubes = springls__cubes_of(model, i);
+    SPRINGLS__GLOBAL const uint32_t *before = springls__triangles_before(model) + i;
+    springls__cube_range range = springls__brick_cubes(g, g->active[i]);
+    uint32_t end = i + 1 < g->active_count ? before[1] : (uint32_t)job.i[0];
+    int n, x;
+    if (end == before[0]) return;
+    springls__load_tile(g, g->phi, g->active[i], model->group, tile);
+    for (n = model->group.item; n < SPRINGLS__CUBE_ROWS; n += model->group.items) {
+        uint32_t first = before[0] + springls__triangles_of_rows(model, i)[n];
+        const int y = n % 9 - 1, z = n / 9 - 1;
+        for (x = -1; x < 8; x++) {
+            springls__cube cube = cubes[springls__cube_index(x, y, z)];
+            if (cube == 0u) continue;
+            springls__surface_cube(model, &range, i, x, y, z, springls__tile_cube(tile, x, y, z), cube, first);
+            first += (uint32_t)springls__mc_count(springls__cube_case(cube));
+        }
+    }
+}
+
+/* The correspondence of a point near a springl: the quadratic fit around it, or the springl's own. */
+SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
+{
+    springls__v3 a = model->set.a[springl];
+    springls__fit_result fit = springls__fit_at(model, x, springls__springl_normal(model->set.s[springl]), a, model->set.count);
+    return fit.ok ? fit.a : a;
+}
+
+/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
+SPRINGLS__MATHS void springls__dress_element(const springls__model *model, springls__job job, int i)
+{
+    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
+    int nearest = springls__nearest_springl(model, x, 1.0f);
+    (void)job;
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[1])[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
+    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
+}
