@@ -135,6 +135,8 @@ static int check_usage(struct segment_settings *set)
         wrong = "--label goes with --reference FILE";
     } else if (!(set->pressure > 0.0 || set->region > 0.0 || set->gvf > 0.0)) {
         wrong = "without --pressure, --region and --gvf nothing moves the contour";
+    } else if (set->compare_level_set && set->keep_topology) {
+        wrong = "--compare-level-set goes without --topology preserved: the level set alone splits and merges";
     } else {
         wrong = read_all_objects(set);
     }
@@ -222,9 +224,9 @@ static bool find_objects(struct segment *run)
 
 int main(int argc, char **argv)
 {
-    static struct segment run = {.settings = {.init = "sphere", .region_means = "band", .level = (double)NAN, .pressure = 1.0,
-                                              .curvature = 0.05, .gvf_halvings = 1, .speed = 0.5, .stay = -1.0, .steps = 200,
-                                              .frame = -1, .center = {NAN, NAN, NAN}}};
+    struct segment run = {.settings = {.init = "sphere", .region_means = "band", .level = (double)NAN, .pressure = 1.0,
+                                       .curvature = 0.05, .gvf_halvings = 1, .speed = 0.5, .stay = (double)NAN, .steps = 200,
+                                       .frame = -1, .center = {NAN, NAN, NAN}}};
     const struct segment_settings *set = &run.settings;
     run.settings.common = cli_common_defaults();
     int status = read_command_line(&run.settings, argc, argv);

@@ -11,7 +11,7 @@
 #include "springls.h"
 #include "volume.h"
 
-enum { SEGMENT_MOST_LEVELS = 4, SEGMENT_MOST_LABELS = 64, SEGMENT_MOST_OBJECTS = 32 };
+enum { SEGMENT_MOST_LEVELS = 4, SEGMENT_LOOK_EVERY = 10, SEGMENT_MOST_LABELS = 64, SEGMENT_MOST_OBJECTS = 32 };
 
 /* One contour of a run. */
 struct segment_object {
@@ -32,7 +32,7 @@ struct segment_settings {
     int object_count;
     double level;                               /* NaN: Otsu's threshold */
     double pressure, region, edge, gvf, curvature; /* weights of the forces */
-    double speed, radius, ramp, stay;           /* stay < 0: by the kind of start */
+    double speed, radius, ramp, stay;           /* stay NaN: by the kind of start */
     float center[3];
     int frame, steps, levels, gvf_halvings;
     bool dark, largest, keep_topology, mirror, compare_level_set;
@@ -74,7 +74,7 @@ struct segment {
     float *away;             /* distance from the start at the pressure's voxels, mm; NULL: it does not matter */
     struct volume push;      /* pressure and all the other forces along the normal, on the same voxels */
     struct gvf flow;
-    float flow_map[3][4];    /* from the model's voxels to the flow's */
+    float flow_map[3][4], push_map[3][4]; /* from the model's voxels to those of flow and push */
     springls_context *ctx, *truth_ctx;
     struct model_frame frames[SEGMENT_MOST_LEVELS + 1];
     int frame_count;
@@ -92,8 +92,10 @@ bool segment_starts_far(const struct segment *run); /* does it start from a shap
 
 /* segment_forces.c: what pushes the contour on the present grid. */
 bool segment_forces_enter(struct segment *run, float side);
-bool segment_forces_update(struct segment *run); /* the region's means follow the contour */
-springls_forces segment_forces(struct segment *run);
+bool segment_forces_update(struct segment *run); /* the region's means follow the contour: grid.data */
+springls_forces segment_forces(struct segment *run); /* with curvature */
+/* The same, without curvature, at points in the model's voxels; after segment_forces. */
+void segment_speed(struct segment *run, const float *points, const float *normals, int count, float *out);
 void segment_forces_free(struct segment *run);
 
 /* segment_run.c */
@@ -102,6 +104,10 @@ bool segment_compare(struct segment *run); /* with the reference, if there is on
 void segment_keep(struct segment *run);    /* into the map of labels */
 int segment_choose_levels(const struct segment *run);
 float segment_choose_side(const struct segment *run); /* of the finest grid's voxels, mm */
+void segment_map_back(struct segment *run); /* distances in mm and the mask on the image's grid */
+float segment_fastest(const struct segment *run); /* voxels a unit of time */
+bool segment_at_rest(float moving);
+float segment_still(const struct segment *run); /* what has moved less in SEGMENT_LOOK_EVERY steps is at rest, voxels */
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse); /* `coarse` receives the grid before */
 
 /* segment_level_set.c: the same segmentation by a level set alone. */

@@ -53,8 +53,7 @@ static bool region_means(struct segment *run, float *inside, float *outside)
     const float band = all ? INFINITY : run->params.band_half_width;
     float *seen = malloc(total * sizeof *seen);
     double sum[2] = {0, 0}, count[2] = {0, 0};
-    if (!seen || springls_copy_level_set(run->ctx, grid->data) != SPRINGLS_OK) {
-        free(seen);
+    if (!seen) {
         return segment_no_memory();
     }
     segment_resample(&run->image, run->seen, grid, seen);
@@ -125,6 +124,22 @@ static void flow_along_normal(void *user, const float *points, const float *norm
     }
 }
 
+void segment_speed(struct segment *run, const float *points, const float *normals, int count, float *out)
+{
+    if (run->flow.field) {
+        flow_along_normal(run, points, normals, count, 0.0f, out);
+    } else {
+        memset(out, 0, (size_t)count * sizeof *out);
+    }
+    for (int i = 0; i < count; ++i, points += 3) {
+        float x[3];
+        for (int r = 0; r < 3; ++r) {
+            x[r] = run->push_map[r][0] * points[0] + run->push_map[r][1] * points[1] + run->push_map[r][2] * points[2] + run->push_map[r][3];
+        }
+        out[i] += segment_trilinear(run->push.dims, run->push.data, x);
+    }
+}
+
 springls_forces segment_forces(struct segment *run)
 {
     springls_forces forces;
@@ -133,6 +148,7 @@ springls_forces segment_forces(struct segment *run)
     forces.pressure_grid.grid = segment_model_grid(&run->push);
     forces.curvature_weight = (float)run->settings.curvature;
     forces.integrator = SPRINGLS_EULER; /* the way does not matter, only where it ends */
+    segment_voxel_map(&run->grid, &run->push, run->push_map);
     if (run->flow.field) {
         segment_voxel_map(&run->grid, &run->flow.grid, run->flow_map);
         forces.pressure = flow_along_normal;

@@ -23,7 +23,7 @@ void segment_voxel_map(const struct volume *to, const struct volume *from, float
     }
 }
 
-static float trilinear(const int dims[3], const float *values, const float x[3])
+float segment_trilinear(const int dims[3], const float *values, const float x[3])
 {
     size_t low[3], high[3];
     float t[3], row[4];
@@ -57,7 +57,7 @@ void segment_resample(const struct volume *from, const float *values, const stru
                 for (int r = 0; r < 3; ++r) {
                     x[r] = map[r][0] * (float)i + map[r][1] * (float)j + map[r][2] * (float)k + map[r][3];
                 }
-                *out++ = trilinear(from->dims, values, x);
+                *out++ = segment_trilinear(from->dims, values, x);
             }
         }
     }

@@ -9,6 +9,9 @@
 /* From voxels of `to` to voxels of `from`: rows of a 3x4 matrix. */
 void segment_voxel_map(const struct volume *to, const struct volume *from, float map[3][4]);
 
+/* The value at a place in voxels; beyond the outermost voxels they stay constant. */
+float segment_trilinear(const int dims[3], const float *values, const float x[3]);
+
 /* Trilinear: values on one grid at the voxels of another; beyond the outermost voxels they stay constant. */
 void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result);
 

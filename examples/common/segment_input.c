@@ -108,7 +108,7 @@ bool segment_read(struct segment *run)
     if (!volume_create_padded(&run->image, 0, &run->labels) || !(run->depth = calloc(run->voxels, sizeof *run->depth))) {
         return segment_no_memory();
     }
-    if (set->stay < 0.0) { /* what starts at the object is to stay there */
+    if (isnan(set->stay)) { /* what starts at the object is to stay there */
         const float *spacing = run->image.spacing;
         const bool near = strcmp(set->init, "mask") == 0 || strcmp(set->init, "mesh") == 0;
         set->stay = near ? usual_stay * cbrt((double)(spacing[0] * spacing[1] * spacing[2])) : 0.0;

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LOOK_EVERY = 10, MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
+enum { MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
 
 /* Springls are at rest when fewer than this share of them still moves, with more than this part of the speed at full
  * pressure. Measured on bones and a brain: the share falls from 1 to .05 in 20 steps of a grid, and the volume changes by
@@ -48,6 +48,22 @@ static bool take_frame(struct segment *run)
     return model_frame_take(run->ctx, caption, &run->frames[run->frame_count++]) || segment_no_memory();
 }
 
+float segment_fastest(const struct segment *run) { return 1.0f + (float)run->settings.gvf; }
+
+bool segment_at_rest(float moving) { return moving < rest_share; }
+
+float segment_still(const struct segment *run)
+{
+    return rest_speed * (float)run->settings.speed * (float)SEGMENT_LOOK_EVERY;
+}
+
+/* The level set into the grid, where the means are to be taken. */
+static bool region_follows(struct segment *run)
+{
+    return run->settings.region <= 0.0
+        || segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
+}
+
 /* Steps on one grid until the springls are at rest. */
 static bool settle(struct segment *run, struct progress *bar)
 {
@@ -55,15 +71,15 @@ static bool settle(struct segment *run, struct progress *bar)
     struct segment_result *result = run->result;
     struct segment_watch watch;
     springls_step_desc step;
-    const float still = rest_speed * (float)set->speed * (float)LOOK_EVERY;
+    const float still = segment_still(run);
     memset(&watch, 0, sizeof watch);
     memset(&step, 0, sizeof step);
-    bool fine = segment_forces_update(run);
+    bool fine = region_follows(run) && segment_forces_update(run);
     const springls_forces forces = segment_forces(run);
     step.forces = &forces;
     step.mode = SPRINGLS_FLUID;
     step.dt = (float)set->speed; /* a push of 1 moves by this many voxels */
-    const float fastest = step.dt * (1.0f + (float)set->gvf + 2.0f * forces.curvature_weight); /* curvature is clamped at 2 */
+    const float fastest = step.dt * (segment_fastest(run) + 2.0f * forces.curvature_weight); /* curvature is clamped at 2 */
     step.max_displacement = fastest > 0.75f ? 0.75f : 0.0f; /* cut into sub-steps; below that without a look at speeds */
     step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
 
@@ -74,11 +90,12 @@ static bool settle(struct segment *run, struct progress *bar)
         fine = segment_check(run->ctx, springls_step(run->ctx, &step), "step");
         result->steps++;
         result->springls_mean += (double)springls_count(run->ctx);
-        if (fine && s % LOOK_EVERY == 0) {
+        if (fine && s % SEGMENT_LOOK_EVERY == 0) {
             fine = segment_watch_look(&watch, run->ctx, still, &result->moving) || segment_no_memory();
-            result->at_rest = result->moving < rest_share;
-            fine = fine && (set->region <= 0.0 || result->at_rest || springls_count(run->ctx) == 0
-                            || segment_forces_update(run));
+            result->at_rest = segment_at_rest(result->moving);
+            if (fine && set->region > 0.0 && !result->at_rest && springls_count(run->ctx) > 0) {
+                fine = region_follows(run) && segment_forces_update(run);
+            }
         }
         snprintf(note, sizeof note, "%d springls, %.1f %% moving", springls_count(run->ctx), 100.0 * (double)result->moving);
         progress_update(bar, (size_t)result->steps, note);
@@ -148,8 +165,7 @@ static bool evolve(struct segment *run)
         && segment_check(run->ctx, springls_measure(run->ctx, &result->measures), "measures");
 }
 
-/* Distances in mm and the mask on the image's grid. */
-static void map_back(struct segment *run)
+void segment_map_back(struct segment *run)
 {
     const float size = run->grid.spacing[0];
     segment_resample(&run->grid, run->grid.data, &run->image, run->distance);
@@ -167,7 +183,7 @@ bool segment_run(struct segment *run)
     if (!evolve(run)) {
         return false;
     }
-    map_back(run);
+    segment_map_back(run);
     segment_forces_free(run);
     return true;
 }
