@@ -7,6 +7,7 @@
 enum { REDISTANCE = 4 }; /* iterations after a step */
 
 static const float band_width = 3.0f, courant = 0.5f, most_curvature = 2.0f;
+static const float least_slope = 0.8f, most_slope = 1.25f; /* of phi beside its zero, between which it counts as a distance */
 
 static size_t total_of(const struct level_set *set)
 {
@@ -141,17 +142,20 @@ static void redistance(struct level_set *set)
         for (size_t b = 0; b < set->band_count; ++b) {
             const size_t at = set->band[b];
             const float s = sign(old[at]);
-            float before[3], after[3], slope = 0.0f;
+            float before[3], after[3], slope = 0.0f, steepest = 0.0f;
             bool crossed = false;
             differences(set, old, at, before, after);
             for (int a = 0; a < 3; ++a) {
                 const float middle = 0.5f * (before[a] + after[a]);
-                const float most = fmaxf(fabsf(middle), fmaxf(fabsf(before[a]), fabsf(after[a])));
+                steepest = fmaxf(steepest, fmaxf(fabsf(before[a]), fabsf(after[a])));
                 crossed = crossed || s * (old[at] - before[a]) < 0.0f || s * (old[at] + after[a]) < 0.0f;
-                slope += most * most;
+                slope += middle * middle;
             }
-            if (crossed) {
-                set->next[at] = set->phi[at] - courant * (s * fabsf(set->phi[at]) - old[at] / sqrtf(fmaxf(slope, 1e-6f)));
+            if (crossed && slope > least_slope * least_slope && slope < most_slope * most_slope) {
+                set->next[at] = set->phi[at]; /* good enough, and what is not touched does not creep */
+            } else if (crossed) { /* central differences say nothing in the middle of a sheet: there the steepest one counts */
+                slope = slope > 0.25f ? slope : fmaxf(steepest * steepest, 1e-6f);
+                set->next[at] = set->phi[at] - courant * (s * fabsf(set->phi[at]) - old[at] / sqrtf(slope));
             } else {
                 differences(set, set->phi, at, before, after);
                 set->next[at] = set->phi[at] - courant * s * (godunov(before, after, s) - 1.0f);
