@@ -232,7 +232,7 @@ TEST damaged_packed_data_are_noticed(void)
     struct volume v;
     const char *const nrrd = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 3 2\nencoding: gzip\n\n";
     const char *const meta =
-        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_UCHAR\nCompressedData = True\nElementDataFile = LOCAL\n";
+        "NDims = 3\nDimSize = 4 3 2\nElementType = MET_UCHAR\nCompressedData = True\nElementDataFile = LOCAL\n";
     for (int format = 0; format < 2; ++format) {
         const size_t size = gzip(bytes, sizeof bytes, format == 0 ? 31 : 15, packed, sizeof packed);
         const char *name = format == 0 ? "hurt.nrrd" : "hurt.mha", *header = format == 0 ? nrrd : meta;
@@ -260,15 +260,15 @@ TEST bad_headers_end_in_one_line(void)
         "ObjectType = Image\nNDims = 3\nDimSize = 4 3 -2\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
         "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_FISH\nElementDataFile = LOCAL\n",
         "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\n",
-        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementSpacing = 0 1 1\nElementDataFile = LOCAL\n",
-        "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementSpacing = nan 1 1\nElementDataFile = LOCAL\n",
+        "NDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementSpacing = 0 1 1\nElementDataFile = LOCAL\n",
+        "NDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementSpacing = nan 1 1\nElementDataFile = LOCAL\n",
         "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementDataFile = nothing.raw\n",
         "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nElementDataFile = LIST\na\nb\n",
         "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nBinaryData = False\nElementDataFile = LOCAL\n",
         "ObjectType = Image\nDimSize = 4 3 2\nNDims = 3\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
         "ObjectType = Image\nNDims = 3\nDimSize = 60000 60000 60000\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
-        "ObjectType = Image\nNDims = 99\n", "ObjectType\n", "NDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nHeaderSize = 1e9\n"
-        "ElementDataFile = LOCAL\n",
+        "ObjectType = Image\nNDims = 99\n", "ObjectType\n",
+        "NDims = 3\nDimSize = 4 3 2\nElementType = MET_SHORT\nHeaderSize = 1e9\nElementDataFile = LOCAL\n",
     };
     unsigned char voxels[2 * COUNT] = {0};
     for (size_t h = 0; h < sizeof headers / sizeof *headers; ++h) {

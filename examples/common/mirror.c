@@ -51,7 +51,7 @@ static bool look(const struct task *task, const double y[3], double *value, doub
     size_t base = 0;
     double f[3], along[3] = {0, 0, 0};
     for (int r = 0; r < 3; ++r) {
-        const double at = task->inverse[r][0] * y[0] + task->inverse[r][1] * y[1] + task->inverse[r][2] * y[2] + task->inverse[r][3];
+        const double *m = task->inverse[r], at = m[0] * y[0] + m[1] * y[1] + m[2] * y[2] + m[3];
         if (!(at >= 0.0 && at < (double)(dims[r] - 1))) {
             return false;
         }

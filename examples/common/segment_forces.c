@@ -134,7 +134,8 @@ void segment_speed(struct segment *run, const float *points, const float *normal
     for (int i = 0; i < count; ++i, points += 3) {
         float x[3];
         for (int r = 0; r < 3; ++r) {
-            x[r] = run->push_map[r][0] * points[0] + run->push_map[r][1] * points[1] + run->push_map[r][2] * points[2] + run->push_map[r][3];
+            const float *m = run->push_map[r];
+            x[r] = m[0] * points[0] + m[1] * points[1] + m[2] * points[2] + m[3];
         }
         out[i] += segment_trilinear(run->push.dims, run->push.data, x);
     }

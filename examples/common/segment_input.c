@@ -11,8 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* How far, in voxels of the image, a contour may go that starts from a mask or a mesh; and how far from a mask the two sides of a body
- * are compared. */
+/* How far a contour may go that starts from a mask or a mesh, in voxels of the image; and how far from a mask the two sides
+ * of a body are compared. */
 static const double usual_stay = 1.0;
 static const float mirror_around = 4.0f;
 

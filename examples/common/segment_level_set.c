@@ -64,8 +64,8 @@ static bool run_alone(struct segment *alone)
             && settle_alone(alone);
         volume_free(&coarse);
     }
-    return fine
-        && segment_check(alone->ctx, springls_set_level_set(alone->ctx, alone->grid.data), "level set alone") /* for its surface */
+    return fine /* and a model for its surface */
+        && segment_check(alone->ctx, springls_set_level_set(alone->ctx, alone->grid.data), "level set alone")
         && segment_check(alone->ctx, springls_extract_mesh(alone->ctx, &alone->surface), "level set alone");
 }
 

@@ -29,19 +29,20 @@ static const struct {
     {"right hip from the left one", PELVIS, MIRRORED, PELVIS_LABELS, "77", PELVIS_LABELS, "78", true},
     {"left hip from the right one", PELVIS, MIRRORED, PELVIS_LABELS, "78", PELVIS_LABELS, "77", true},
     {"left hip, flow besides", PELVIS, MIRRORED " --gvf 0.5", PELVIS_LABELS, "78", PELVIS_LABELS, "77", false},
-    {"left hip, flow at full resolution", PELVIS, MIRRORED " --gvf 0.5 --gvf-halvings 0", PELVIS_LABELS, "78", PELVIS_LABELS, "77",
+    {"left hip, flow at full resolution", PELVIS, MIRRORED " --gvf 0.5 --gvf-halvings 0", PELVIS_LABELS, "78",
+     PELVIS_LABELS, "77", false},
+    {"left hip, region besides", PELVIS, MIRRORED " --pressure 0.5 --region 0.5", PELVIS_LABELS, "78", PELVIS_LABELS, "77",
      false},
-    {"left hip, region besides", PELVIS, MIRRORED " --pressure 0.5 --region 0.5", PELVIS_LABELS, "78", PELVIS_LABELS, "77", false},
     {"brain tumour, region force alone", "labels/brain1_image.nrrd",
-     "--init sphere --center -46,-17,16 --radius 12 --levels 1 --pressure 0 --region 1", NULL, NULL, "labels/brain1_label.nrrd", NULL,
-     false},
+     "--init sphere --center -46,-17,16 --radius 12 --levels 1 --pressure 0 --region 1", NULL, NULL,
+     "labels/brain1_label.nrrd", NULL, false},
     {"lungs, sphere", "ct/ct_lung_elastix.mha", "--level -500 --dark", NULL, NULL,
      "labels/lung_elastix_baseline_mask.mha", NULL, false},
     {"aorta and heart, threshold", "ct/ct_cardiac_TS_aorta.nii.gz", "--level 180 --init threshold --largest", NULL, NULL,
      "labels/seg_aorta_TS.nii.gz", NULL, false},
     {"head, sphere", "ct/ct_head_vtk_quarter.mhd", "--level 1150", NULL, NULL, NULL, NULL, false},
-    {"head of 4 mm slices, threshold", "ct/ct_head_aniso_dicom2stl.nii.gz", "--level 200 --init threshold", NULL, NULL, NULL, NULL,
-     false},
+    {"head of 4 mm slices, threshold", "ct/ct_head_aniso_dicom2stl.nii.gz", "--level 200 --init threshold", NULL, NULL, NULL,
+     NULL, false},
     {"chest, threshold", "ct/ct_chest_LIDC0314_2x.nii.gz", "--level 200 --init threshold", NULL, NULL, NULL, NULL, false},
     {"chest, threshold, 256 cells", "ct/ct_chest_LIDC0314_2x.nii.gz", "--level 200 --init threshold --grid 256", NULL, NULL, NULL,
      NULL, false},
@@ -107,7 +108,8 @@ int main(int argc, char **argv)
 {
     static struct run runs[CASES];
     const char *names[CASES], *data = getenv("SPRINGLS_DATA");
-    const struct run_options options = {.folder = "build/bench/segmentation", .label = "segmentation", .at_once = 1, .keep = true};
+    const struct run_options options = {.folder = "build/bench/segmentation", .label = "segmentation", .at_once = 1,
+                                        .keep = true};
     struct json_writer json;
     int count = 0;
     if (!data || !data[0]) {
