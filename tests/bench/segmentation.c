@@ -1,7 +1,7 @@
 /* segmentation [NAME...] - Table 6 of the paper on real images: build/segment on the CT and MR volumes of SPRINGLS_DATA, with one
  * set of default parameters; what a row gives is the image's level or window, the start, and what to compare with. NAMEs
  * choose rows whose title holds one of them. Prints a table, writes build/bench/segmentation.json. Pictures and reports are
- * in build/bench/segmentation/. */
+ * in build/segmentation/. */
 #include "table.h"
 
 #include <stdio.h>
@@ -36,7 +36,7 @@ static const struct {
     {"brain tumour, region force alone", "labels/brain1_image.nrrd",
      "--init sphere --center -46,-17,16 --radius 12 --levels 1 --pressure 0 --region 1", NULL, NULL,
      "labels/brain1_label.nrrd", NULL, false},
-    {"lungs, sphere", "ct/ct_lung_elastix.mha", "--level -500 --dark", NULL, NULL,
+    {"lung, sphere", "ct/ct_lung_elastix.mha", "--level -500 --dark", NULL, NULL,
      "labels/lung_elastix_baseline_mask.mha", NULL, false},
     {"aorta and heart, threshold", "ct/ct_cardiac_TS_aorta.nii.gz", "--level 180 --init threshold --largest", NULL, NULL,
      "labels/seg_aorta_TS.nii.gz", NULL, false},
@@ -66,7 +66,7 @@ static void make_run(struct run *run, int which, const char *data)
         *c = *c == ' ' || *c == ',' ? '_' : *c;
     }
     run_name(run, "%s", folder);
-    run_command(run, "build/segment %s/%s %s --quiet --json - --out build/bench/segmentation/%s", data, cases[which].image,
+    run_command(run, "build/segment %s/%s %s --quiet --json - --out build/segmentation/%s", data, cases[which].image,
                 cases[which].arguments, folder);
     if (cases[which].mask) {
         run_add(run, "--mask %s/%s --mask-label %s", data, cases[which].mask, cases[which].mask_label);
@@ -108,7 +108,7 @@ int main(int argc, char **argv)
 {
     static struct run runs[CASES];
     const char *names[CASES], *data = getenv("SPRINGLS_DATA");
-    const struct run_options options = {.folder = "build/bench/segmentation", .label = "segmentation", .at_once = 1,
+    const struct run_options options = {.folder = "build/segmentation", .label = "segmentation", .at_once = 1,
                                         .keep = true};
     struct json_writer json;
     int count = 0;
