@@ -26,7 +26,7 @@ TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENM
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
-EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lz -lm -pthread
+EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -lm -pthread
 TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
@@ -47,7 +47,7 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions install format clean \
+.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions segmentation install format clean \
         asan ubsan tsan compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -179,9 +179,10 @@ compile-matrix: deps-matrix   ## both headers in every language, linkage and nam
 BENCH_SHARED  := tests/bench/runs.c tests/bench/table.c
 BENCH_HEADERS := $(wildcard tests/bench/*.h examples/common/*.h)
 
-build/bench/bench build/bench/paper build/bench/ablation build/bench/motions: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
+build/bench/bench build/bench/paper build/bench/ablation build/bench/motions build/bench/segmentation: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -o $@ $(filter %.c,$^) build/libcommon.a $(EXAMPLE_LIBS)
 build/bench/bench: tests/bench/bench.c
+build/bench/segmentation: tests/bench/segmentation.c
 build/bench/paper: $(wildcard tests/bench/paper*.c) springls.h
 build/bench/ablation build/bench/motions: build/bench/%: tests/bench/%.c tests/bench/motion.c springls.h
 
@@ -211,6 +212,10 @@ ablation: deps-demo   ## what each improvement over the paper is worth on LeVequ
 motions: deps-demo   ## the default parameters on motions with known answers (GRID=128 STEP=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/motions
 	@build/bench/motions
+
+segmentation: deps-demo   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
+	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
+	@build/bench/segmentation $(ROWS)
 
 # ---- the rest ----
 

@@ -49,6 +49,7 @@ for group; do
             CL/cl.h opencl-headers
             stb/stb_image_write.h libstb-dev
             nifti/nifti2_io.h libnifti2-dev
+            teem/nrrd.h libteem-dev
             zlib.h zlib1g-dev
             assimp/cimport.h libassimp-dev"
         need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
