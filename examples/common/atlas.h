@@ -125,6 +125,92 @@ bool atlas_build_output(const struct atlas_build *build);
 void atlas_build_free(struct atlas_build *build);
 bool atlas_truth_measure(struct atlas_build *build); /* atlas_truth.c */
 
+/* ---- intensities: atlas_image.c ---- */
+
+/* What of the image lies inside: by a window of intensities, or by the atlas's own profiles. */
+struct atlas_view {
+    const struct volume *image;
+    const struct atlas *atlas;
+    bool learned;             /* by profiles; else by the window */
+    float low, high, ramp;    /* of the window: 1 where the intensity is inside by more than `ramp`, -1 outside */
+};
+
+enum { ATLAS_PROFILE_SAMPLES = 9 }; /* a profile: the surface in the middle */
+
+float atlas_intensity(const struct volume *image, const float place[3]); /* trilinear, mm; constant beyond the image */
+
+/* Mean profiles and their deviations, of the subjects' images at their shapes. */
+bool atlas_learn(struct atlas_build *build);
+
+/* Over all profiles of a shape: mean and deviation of the intensities. */
+void atlas_contrast(const struct atlas_view *view, const float *shape, const float *normals, float *mean, float *deviation);
+
+/* -1 .. 1: is the intensity at a place, `along` mm outward of the surface at vertex v, that of the inside? */
+float atlas_inside(const struct atlas_view *view, int v, float intensity, float mean, float deviation);
+
+/* How badly the image fits a surface with vertex v at `place`, shifted by `shifts` places (`spacing` mm apart) inward to
+ * as many outward: costs, 2 shifts + 1 of them; the least one is best. Windows: -1 .. 1. */
+void atlas_shift_costs(const struct atlas_view *view, int v, const float place[3], const float normal[3], float spacing,
+                       int shifts, float mean, float deviation, float *costs);
+
+/* ---- laying an atlas on an image: atlas_place.c ---- */
+
+struct atlas_placing {
+    struct similarity pose;
+    double weights[ATLAS_MOST_MODES];
+    int modes;
+    float *shape; /* the atlas's vertices in the image, mm */
+};
+
+/* Rotation, translation and scale from a coarse search over the image. */
+bool atlas_place_start(const struct atlas_view *view, struct atlas_placing *placing);
+/* Pose, and the first `modes` weights in increasing order, by the best shifts of the vertices along their normals. */
+bool atlas_place_refine(const struct atlas_view *view, int modes, struct atlas_placing *placing);
+
+/* ---- atlas segment ---- */
+
+struct atlas_segment_settings {
+    struct cli_common common;
+    const char *image, *atlas, *reference, *label_text;
+    double level, window[2], ramp, gvf, curvature, leash;
+    int frame, modes, steps;
+    bool dark, windowed;
+};
+
+enum { ATLAS_STAGES = 4 }; /* start, pose, modes, springls */
+
+struct atlas_stage {
+    const char *name;
+    double seconds;
+    bool compared;
+    double dice, mean_distance, hd95; /* mm */
+};
+
+struct atlas_segment {
+    struct atlas_segment_settings settings;
+    springls_params params;
+    struct atlas atlas;
+    struct volume image, reference;
+    struct atlas_view view;
+    struct atlas_placing placing;
+    springls_context *ctx;
+    struct atlas_mesh stages[ATLAS_STAGES], truth;
+    struct atlas_stage results[ATLAS_STAGES];
+    int *regions; /* of the result's vertices, by their correspondences */
+    int steps, springls;
+    bool at_rest;
+    double seconds;
+};
+
+bool atlas_segment_run(struct atlas_segment *run);
+bool atlas_segment_output(const struct atlas_segment *run);
+void atlas_segment_free(struct atlas_segment *run);
+
+/* Surface of the labels (count = 0: all but 0) of a label map. all: the map, cropped to them. */
+bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part, struct atlas_mesh *mesh);
+int atlas_read_labels(const char *text, int *labels); /* "K[+K..]": how many, or -1 */
+enum { ATLAS_MOST_LABELS = 64 };
+
 /* One line on stderr; false, so that callers can return it. */
 bool atlas_fail(const char *format, ...)
 #if defined(__GNUC__)

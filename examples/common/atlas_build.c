@@ -186,7 +186,7 @@ bool atlas_build_run(struct atlas_build *build)
         || (set->count > 2 && !shape_curves_make(build->shapes, set->count, vertices, set->samples, &build->curves))) {
         return atlas_no_memory();
     }
-    const bool good = vote_regions(build) && atlas_truth_measure(build);
+    const bool good = vote_regions(build) && atlas_learn(build) && atlas_truth_measure(build);
     build->seconds = elapsed_seconds() - begin;
     return good;
 }

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_LABELS = 64, MOST_LANDMARKS = 64, MARGIN = 4 };
+enum { MOST_LANDMARKS = 64, MARGIN = 4 };
 
 bool atlas_fail(const char *format, ...)
 {
@@ -69,14 +69,13 @@ struct surface atlas_surface(const struct atlas_mesh *mesh, const float *positio
 
 /* ---- label maps ---- */
 
-/* "K[+K..]": how many, or -1. */
-static int read_labels(const char *text, int *labels)
+int atlas_read_labels(const char *text, int *labels)
 {
     int count = 0;
     do {
         char item[16];
         const size_t length = strcspn(text, "+");
-        if (length == 0 || length >= sizeof item || count == MOST_LABELS) {
+        if (length == 0 || length >= sizeof item || count == ATLAS_MOST_LABELS) {
             return -1;
         }
         memcpy(item, text, length);
@@ -229,6 +228,18 @@ static void mirror_mesh(struct atlas_mesh *mesh, float about)
     }
 }
 
+bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part, struct atlas_mesh *mesh)
+{
+    struct volume all;
+    char error[VOLUME_TEXT];
+    if (!volume_read(path, 0, &all, error)) {
+        return atlas_fail("%s", error);
+    }
+    const bool good = crop_labels(&all, labels, count, name, part) && mask_surface(part, name, mesh);
+    volume_free(&all);
+    return good;
+}
+
 /* ---- subjects ---- */
 
 static bool ends_with(const char *text, const char *end)
@@ -269,11 +280,10 @@ static bool read_mesh(const char *path, bool mirror, struct atlas_subject *subje
     return good;
 }
 
-static bool read_image(const char *folder, const char *path, const struct volume *labels, struct atlas_subject *subject)
+static bool read_image(const char *folder, const char *path, struct atlas_subject *subject)
 {
     char image[1024], error[VOLUME_TEXT];
     const char *slash = strrchr(path, '/');
-    (void)labels;
     snprintf(image, sizeof image, "%s/%s", folder, slash ? slash + 1 : path);
     return volume_read(image, 0, &subject->image, error) || atlas_fail("%s", error);
 }
@@ -291,7 +301,7 @@ static bool read_label_map(const char *path, const int *labels, int count, const
     volume_index_to_world(&all, middle_index, middle);
     bool good = crop_labels(&all, labels, count, subject->name, &subject->labels)
              && mask_surface(&subject->labels, subject->name, &subject->mesh)
-             && (!images || read_image(images, path, &all, subject));
+             && (!images || read_image(images, path, subject));
     volume_free(&all);
     if (good && mirror) {
         mirror_volume(&subject->labels, middle[0]);
@@ -329,12 +339,12 @@ static bool read_landmarks(const char *folder, const char *path, struct atlas_su
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject)
 {
     char path[1024];
-    int labels[MOST_LABELS], count = 0;
+    int labels[ATLAS_MOST_LABELS], count = 0;
     const char *colon = strrchr(name, ':');
     const size_t length = colon ? (size_t)(colon - name) : strlen(name);
     memset(subject, 0, sizeof *subject);
     subject->name = name;
-    if (length >= sizeof path || (colon && (count = read_labels(colon + 1, labels)) < 0)) {
+    if (length >= sizeof path || (colon && (count = atlas_read_labels(colon + 1, labels)) < 0)) {
         return atlas_fail("%s: expected FILE or FILE:LABEL[+LABEL..]", name);
     }
     memcpy(path, name, length);

@@ -431,9 +431,8 @@ static void place(const struct target *target, const double center[3], double si
     }
 }
 
-/* The i-th of many rotations spread evenly: three additive recurrences of the plastic number's kind (Roberts 2018) as
- * Shoemake's random quaternion (1992). */
-static void rotation_number(int i, double rotation[3][3])
+/* Three additive recurrences (Roberts 2018) make Shoemake's random quaternion (1992). */
+void rotation_number(int i, double rotation[3][3])
 {
     const double g = 1.2207440846057596, turn = 6.283185307179586;
     const double u = fmod(0.5 + i / g, 1.0), v = turn * fmod(0.5 + i / (g * g), 1.0), w = turn * fmod(0.5 + i / (g * g * g), 1.0);

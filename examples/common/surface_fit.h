@@ -79,6 +79,9 @@ enum orientation {
     ORIENTATION_MARKED  /* by landmarks: three or more, not in a line */
 };
 
+/* The i-th of many rotations that are spread evenly, whatever their number. */
+void rotation_number(int i, double rotation[3][3]);
+
 /* The pose of the template on the target. landmarks: on the target, as many as the cast has. */
 bool surface_register(const struct target *target, const struct cast *cast, enum orientation orientation,
                       const float *landmarks, struct similarity *pose, double *cost);
