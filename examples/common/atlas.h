@@ -203,6 +203,7 @@ struct atlas_segment {
 };
 
 bool atlas_segment_run(struct atlas_segment *run);
+bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct volume *grid, uint8_t *mask); /* 1 inside */
 bool atlas_segment_output(const struct atlas_segment *run);
 void atlas_segment_free(struct atlas_segment *run);
 

@@ -154,6 +154,7 @@ void target_nearest(const struct target *target, const struct similarity *pose, 
     const float *p = target->positions;
     mesh_barycentric(p + 3 * corner[0], p + 3 * corner[1], p + 3 * corner[2], place, weight);
     hit->on_rim = false;
+    hit->vertex = (uint32_t)corner[weight[1] > weight[0] ? (weight[2] > weight[1] ? 2 : 1) : weight[2] > weight[0] ? 2 : 0];
     for (int k = 0; k < 3; ++k) { /* edge k lies opposite corner k + 2 */
         vec3_add_scaled(normal, weight[k], target->normals + 3 * corner[k], normal);
         hit->on_rim = hit->on_rim || ((target->rim[triangle] >> k & 1) && weight[(k + 2) % 3] < 1e-3f);

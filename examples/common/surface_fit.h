@@ -22,6 +22,7 @@ struct target {
 struct target_hit {
     float place[3], normal[3];
     float signed_distance; /* negative inside */
+    uint32_t vertex;       /* of the target, the nearest of the triangle's corners */
     bool on_rim;           /* the nearest place lies on the edge of an open surface: what is there is unknown */
 };
 
