@@ -34,7 +34,7 @@ static int build_main(int argc, char **argv)
     set->common = cli_common_defaults();
     const struct cli_option options[] = {
         {"landmarks", CLI_STRING, &set->landmarks, "DIR", "DIR/NAME.csv, lines x,y,z: corresponding places on subject NAME.*", 0, 0, NULL},
-        {"images", CLI_STRING, &set->images, "DIR", "images with the label maps' names: the atlas learns intensities", 0, 0, NULL},
+        {"images", CLI_STRING, &set->images, "PATH", "images with the label maps' names, or the one image: the atlas learns intensities", 0, 0, NULL},
         {"orientation", CLI_CHOICE, &set->orientation, NULL, "of the subjects; auto: by landmarks, else known for label maps, else searched",
          0, 0, "auto|known|search"},
         {"rounds", CLI_INT, &set->rounds, "K", "the first starts from the first subject, others from the mean shape", 1, 10, NULL},
@@ -67,7 +67,7 @@ static int build_main(int argc, char **argv)
 
 static int segment_main(int argc, char **argv)
 {
-    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .leash = 0.1, .modes = 10,
+    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .leash = 0.05, .modes = 10,
                                                     .steps = 100}};
     struct atlas_segment_settings *set = &run.settings;
     const char *overrides = NULL, *window = NULL;

@@ -32,7 +32,7 @@ struct atlas {
     double voxel;             /* side of the voxels that its springls were made on */
     int subjects;
     /* Intensities along the normals, when images were given: `samples` places a vertex, `spacing` apart, the middle one on
-     * the surface; means and deviations of intensities scaled to mean 0 and deviation 1 over each profile's own surface. */
+     * the surface; means and deviations of intensities scaled to mean 0 and deviation 1 over each image. */
     int samples;
     double spacing;
     float *profiles, *spreads; /* NULL: none */
@@ -58,7 +58,7 @@ struct atlas_subject {
     int steps;
 };
 
-/* "FILE" or "FILE:LABEL[+LABEL..]". images: folder with images of the same names, or NULL. landmarks: folder with files
+/* "FILE" or "FILE:LABEL[+LABEL..]". images: folder with images of the same names, or the image itself, or NULL. landmarks: folder with files
  * NAME.csv of lines x,y,z, where the mesh or label map is called NAME.anything, or NULL. mirror: x -> -x about the middle
  * of the label map, or of the mesh's box. */
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject);
@@ -73,7 +73,8 @@ struct atlas_template {
     float *normals;   /* of its vertices */
     bool open;
     double size;      /* shape_size of its vertices */
-    double voxel;
+    double voxel;     /* side, mm */
+    int cells;        /* voxels along the longest side */
     springls_context *ctx;
     int *centers, center_count; /* springls that the warps stand on */
     float *center_points, *center_normals;
@@ -81,8 +82,8 @@ struct atlas_template {
     int landmark_count;
 };
 
-/* closed surfaces are cut afresh by the model's own zero level on `cells` voxels along the longest side; open ones keep
- * their triangles. */
+/* With `cut`, closed surfaces are cut afresh by the model's own zero level; open ones keep their triangles. cells: voxels
+ * along the longest side; 0: 32, or 64 or 128 where the zero level would be a voxel off at more than 1 % of the surface's vertices. */
 bool atlas_template_create(const struct atlas_mesh *from, bool open, bool cut, int cells, const springls_params *params,
                            struct atlas_template *template);
 void atlas_template_free(struct atlas_template *template);
@@ -133,25 +134,31 @@ struct atlas_view {
     const struct atlas *atlas;
     bool learned;             /* by profiles; else by the window */
     float low, high, ramp;    /* of the window: 1 where the intensity is inside by more than `ramp`, -1 outside */
+    float mean, deviation;    /* of the image's intensities: profiles are compared after scaling these to 0 and 1 */
 };
 
 enum { ATLAS_PROFILE_SAMPLES = 9 }; /* a profile: the surface in the middle */
 
 float atlas_intensity(const struct volume *image, const float place[3]); /* trilinear, mm; constant beyond the image */
 
+/* Mean and deviation of an image's intensities, without the lowest and highest 0.5 %. */
+void atlas_contrast(const struct volume *image, float *mean, float *deviation);
+
 /* Mean profiles and their deviations, of the subjects' images at their shapes. */
 bool atlas_learn(struct atlas_build *build);
 
-/* Over all profiles of a shape: mean and deviation of the intensities. */
-void atlas_contrast(const struct atlas_view *view, const float *shape, const float *normals, float *mean, float *deviation);
-
 /* -1 .. 1: is the intensity at a place, `along` mm outward of the surface at vertex v, that of the inside? */
-float atlas_inside(const struct atlas_view *view, int v, float intensity, float mean, float deviation);
+float atlas_inside(const struct atlas_view *view, int v, float intensity);
 
 /* How badly the image fits a surface with vertex v at `place`, shifted by `shifts` places (`spacing` mm apart) inward to
  * as many outward: costs, 2 shifts + 1 of them; the least one is best. Windows: -1 .. 1. */
 void atlas_shift_costs(const struct atlas_view *view, int v, const float place[3], const float normal[3], float spacing,
-                       int shifts, float mean, float deviation, float *costs);
+                       int shifts, float *costs);
+
+/* Mean cost of the mean shape's vertices (at most ATLAS_MOST_FEW) as they lie in a pose. */
+enum { ATLAS_MOST_FEW = 200 };
+double atlas_surface_cost(const struct atlas_view *view, const struct similarity *pose, const int *vertices, int count,
+                          const float *normals, float spacing);
 
 /* ---- laying an atlas on an image: atlas_place.c ---- */
 

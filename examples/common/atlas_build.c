@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CELLS = 32 };
-
 static bool read_subjects(struct atlas_build *build)
 {
     const struct atlas_build_settings *set = &build->settings;
@@ -104,11 +102,10 @@ static bool make_correspondences(struct atlas_build *build)
 {
     const struct atlas_build_settings *set = &build->settings;
     const struct atlas_subject *first = &build->subjects[0];
-    const int cells = set->common.grid > 0 ? set->common.grid : CELLS;
     const int rounds = set->count > 1 ? set->rounds : 1;
     struct progress bar;
     progress_begin(&bar, "atlas build", (size_t)(rounds * set->count), !atlas_may_print(&set->common));
-    bool good = atlas_template_create(&first->mesh, first->target.open, true, cells, &build->params, &build->template);
+    bool good = atlas_template_create(&first->mesh, first->target.open, true, set->common.grid, &build->params, &build->template);
     for (int round = 0; good && round < rounds; ++round) {
         good = place_landmarks(build, round) && correspond(build, round, &bar);
         struct atlas_mesh *mean = &build->atlas.mean;
@@ -117,6 +114,7 @@ static bool make_correspondences(struct atlas_build *build)
         good = good && atlas_mesh_copy(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, mean)
             && align(build, mean->positions);
         if (good && round + 1 < rounds) { /* again, from the mean shape */
+            const int cells = build->template.cells;
             atlas_template_free(&build->template);
             good = atlas_template_create(mean, first->target.open, false, cells, &build->params, &build->template);
         }

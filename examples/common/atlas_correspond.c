@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CENTERS = 200, WARP_STEPS = 12, SETTLE_STEPS = 40 };
+enum { CELLS = 32, MOST_CELLS = 128, CENTERS = 200, WARP_STEPS = 12, SETTLE_STEPS = 40 };
 
 /* ---- template ---- */
 
@@ -86,22 +86,57 @@ static bool choose_centers(struct atlas_template *template)
     return true;
 }
 
+/* The zero level of a model of the mesh; lost: the share of the mesh's vertices that are a voxel or more from it. */
+static bool cut_surface(const struct atlas_mesh *from, struct atlas_template *template, float *lost)
+{
+    const struct similarity identity = similarity_identity();
+    springls_mesh surface;
+    struct target target;
+    memset(&surface, 0, sizeof surface);
+    bool good = atlas_check(template->ctx, springls_set_mesh(template->ctx, from->positions, from->vertex_count, 0, from->triangles,
+                                                             from->triangle_count, NULL), "template")
+             && atlas_check(template->ctx, springls_extract_mesh(template->ctx, &surface), "template")
+             && atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, &template->mesh);
+    springls_mesh_free(template->ctx, &surface);
+    const struct atlas_mesh *mesh = &template->mesh;
+    *lost = 1.0f;
+    if (good && target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &target)) {
+        *lost = 0.0f;
+        for (int v = 0; v < from->vertex_count; ++v) {
+            struct target_hit hit;
+            target_nearest(&target, &identity, from->positions + 3 * v, &hit);
+            *lost += fabsf(hit.signed_distance) > (float)template->voxel ? 1.0f / (float)from->vertex_count : 0.0f;
+        }
+        target_free(&target);
+    }
+    return good;
+}
+
 bool atlas_template_create(const struct atlas_mesh *from, bool open, bool cut, int cells, const springls_params *params,
                            struct atlas_template *template)
 {
     double center[3];
-    springls_mesh surface;
-    memset(&surface, 0, sizeof surface);
+    float lost = 1.0f;
+    bool good = true;
     memset(template, 0, sizeof *template);
     template->open = open;
-    bool good = create_model(from, cells, params, &template->voxel, &template->ctx);
-    if (good && cut && !open) {
-        good = atlas_check(template->ctx, springls_set_mesh(template->ctx, from->positions, from->vertex_count, 0, from->triangles,
-                                                            from->triangle_count, NULL), "template")
-            && atlas_check(template->ctx, springls_extract_mesh(template->ctx, &surface), "template")
-            && atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, &template->mesh);
-        springls_mesh_free(template->ctx, &surface);
-    } else if (good) {
+    const bool given = cells > 0;
+    for (cells = given ? cells : CELLS; good && lost > 0.01f; cells *= 2) { /* finer until next to nothing is lost: thin plates above all */
+        springls_destroy(template->ctx);
+        atlas_mesh_free(&template->mesh);
+        template->ctx = NULL;
+        good = create_model(from, cells, params, &template->voxel, &template->ctx);
+        if (good && cut && !open) {
+            good = cut_surface(from, template, &lost);
+        } else {
+            lost = 0.0f;
+        }
+        template->cells = cells;
+        if (given || cells >= MOST_CELLS) {
+            lost = 0.0f;
+        }
+    }
+    if (good && (!cut || open)) {
         good = atlas_mesh_copy(from->positions, from->vertex_count, from->triangles, from->triangle_count, &template->mesh);
     }
     template->normals = good ? malloc(3 * (size_t)template->mesh.vertex_count * sizeof *template->normals) : NULL;

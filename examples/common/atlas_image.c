@@ -1,6 +1,7 @@
 /* atlas_image.c - what an atlas knows of intensities, for atlas.h. */
 #include "atlas.h"
 
+#include "segment_image.h"
 #include "vec3.h"
 
 #include <math.h>
@@ -47,16 +48,18 @@ static void sample_line(const struct volume *image, const float place[3], const 
     }
 }
 
-static void mean_and_deviation(const float *values, size_t count, float *mean, float *deviation)
+void atlas_contrast(const struct volume *image, float *mean, float *deviation)
 {
+    const float low = segment_percentile(image, 0.005), high = segment_percentile(image, 0.995);
+    const size_t voxels = volume_voxels(image);
     double sum = 0.0, square = 0.0;
-    for (size_t i = 0; i < count; ++i) {
-        sum += (double)values[i];
-        square += (double)values[i] * (double)values[i];
+    for (size_t n = 0; n < voxels; ++n) {
+        const double value = (double)fmaxf(low, fminf(high, image->data[n]));
+        sum += value / (double)voxels;
+        square += value * value / (double)voxels;
     }
-    sum /= (double)count;
     *mean = (float)sum;
-    *deviation = (float)sqrt(fmax(square / (double)count - sum * sum, 0.0));
+    *deviation = (float)sqrt(fmax(square - sum * sum, 0.0));
     *deviation = *deviation > 0.0f ? *deviation : 1.0f;
 }
 
@@ -73,7 +76,7 @@ static void subject_profiles(const struct atlas_build *build, const struct atlas
         sample_line(&subject->image, subject->shape + 3 * v, normals + 3 * v, (float)atlas->spacing, ATLAS_PROFILE_SAMPLES,
                     profiles + v * ATLAS_PROFILE_SAMPLES);
     }
-    mean_and_deviation(profiles, n, &mean, &deviation);
+    atlas_contrast(&subject->image, &mean, &deviation);
     for (size_t i = 0; i < n; ++i) {
         profiles[i] = (profiles[i] - mean) / deviation;
     }
@@ -112,36 +115,12 @@ bool atlas_learn(struct atlas_build *build)
 
 /* ---- looking ---- */
 
-void atlas_contrast(const struct atlas_view *view, const float *shape, const float *normals, float *mean, float *deviation)
-{
-    const size_t vertices = (size_t)view->atlas->mean.vertex_count;
-    double sum = 0.0, square = 0.0;
-    *mean = 0.0f;
-    *deviation = 1.0f;
-    if (!view->learned) {
-        return;
-    }
-    for (size_t v = 0; v < vertices; ++v) {
-        float line[ATLAS_PROFILE_SAMPLES], m, d;
-        sample_line(view->image, shape + 3 * v, normals + 3 * v, (float)view->atlas->spacing, ATLAS_PROFILE_SAMPLES, line);
-        mean_and_deviation(line, ATLAS_PROFILE_SAMPLES, &m, &d);
-        for (int k = 0; k < ATLAS_PROFILE_SAMPLES; ++k) {
-            sum += (double)line[k];
-            square += (double)line[k] * (double)line[k];
-        }
-    }
-    const double n = (double)vertices * ATLAS_PROFILE_SAMPLES;
-    *mean = (float)(sum / n);
-    *deviation = (float)sqrt(fmax(square / n - sum * sum / (n * n), 0.0));
-    *deviation = *deviation > 0.0f ? *deviation : 1.0f;
-}
-
 static float by_window(const struct atlas_view *view, float intensity)
 {
     return fmaxf(-1.0f, fminf(1.0f, fminf(intensity - view->low, view->high - intensity) / view->ramp));
 }
 
-float atlas_inside(const struct atlas_view *view, int v, float intensity, float mean, float deviation)
+float atlas_inside(const struct atlas_view *view, int v, float intensity)
 {
     if (!view->learned) {
         return by_window(view, intensity);
@@ -151,31 +130,62 @@ float atlas_inside(const struct atlas_view *view, int v, float intensity, float 
     const float *spread = view->atlas->spreads + (size_t)v * ATLAS_PROFILE_SAMPLES;
     const float in = 0.5f * (profile[MIDDLE - 2] + profile[MIDDLE - 1]), out = 0.5f * (profile[MIDDLE + 1] + profile[MIDDLE + 2]);
     const float width = 0.5f * (spread[MIDDLE - 1] + spread[MIDDLE + 1]);
-    const float value = (intensity - mean) / deviation;
+    const float value = (intensity - view->mean) / view->deviation;
     return fmaxf(-1.0f, fminf(1.0f, (value - 0.5f * (in + out)) * (in - out) / (width * width)));
 }
 
+/* Of one profile, `line` in its middle 2 MIDDLE + 1 values: how far from the mean profile, in its deviations; or, by windows,
+ * whether inside is inside and outside outside. */
+static float profile_cost(const struct atlas_view *view, int v, const float *line)
+{
+    const float *profile = view->learned ? view->atlas->profiles + (size_t)v * ATLAS_PROFILE_SAMPLES : NULL;
+    const float *spread = view->learned ? view->atlas->spreads + (size_t)v * ATLAS_PROFILE_SAMPLES : NULL;
+    float cost = 0.0f;
+    for (int k = 0; k < ATLAS_PROFILE_SAMPLES; ++k) {
+        if (view->learned) {
+            const float d = (line[k] - profile[k]) / spread[k];
+            cost += d * d / ATLAS_PROFILE_SAMPLES;
+        } else if (k != MIDDLE) {
+            cost += (k < MIDDLE ? -line[k] : line[k]) / (2 * MIDDLE);
+        }
+    }
+    return cost;
+}
+
+/* Raw intensities to what profile_cost compares. */
+static void normalise_line(const struct atlas_view *view, int count, float *line)
+{
+    for (int i = 0; i < count; ++i) {
+        line[i] = view->learned ? (line[i] - view->mean) / view->deviation : by_window(view, line[i]);
+    }
+}
+
 void atlas_shift_costs(const struct atlas_view *view, int v, const float place[3], const float normal[3], float spacing,
-                       int shifts, float mean, float deviation, float *costs)
+                       int shifts, float *costs)
 {
     float line[2 * (MOST_SHIFTS + MIDDLE) + 1];
     const int count = 2 * (shifts + MIDDLE) + 1;
     sample_line(view->image, place, normal, spacing, count, line);
-    for (int i = 0; i < count; ++i) {
-        line[i] = view->learned ? (line[i] - mean) / deviation : by_window(view, line[i]);
-    }
+    normalise_line(view, count, line);
     for (int s = 0; s <= 2 * shifts; ++s) {
-        float cost = 0.0f;
-        for (int k = 0; k < ATLAS_PROFILE_SAMPLES; ++k) {
-            const float value = line[s + k];
-            if (view->learned) { /* how far from the mean profile, in its deviations */
-                const float d = (value - view->atlas->profiles[(size_t)v * ATLAS_PROFILE_SAMPLES + (size_t)k])
-                              / view->atlas->spreads[(size_t)v * ATLAS_PROFILE_SAMPLES + (size_t)k];
-                cost += d * d / ATLAS_PROFILE_SAMPLES;
-            } else if (k != MIDDLE) { /* inside should be inside, and outside outside */
-                cost += (k < MIDDLE ? -value : value) / (2 * MIDDLE);
-            }
-        }
-        costs[s] = cost;
+        costs[s] = profile_cost(view, v, line + s);
     }
+}
+
+double atlas_surface_cost(const struct atlas_view *view, const struct similarity *pose, const int *vertices, int count,
+                          const float *normals, float spacing)
+{
+    double cost = 0.0;
+    for (int i = 0; i < count; ++i) {
+        float place[3], normal[3], one;
+        const float *n = normals + 3 * vertices[i];
+        similarity_apply(pose, view->atlas->mean.positions + 3 * vertices[i], place);
+        for (int r = 0; r < 3; ++r) {
+            const double *row = pose->rotation[r];
+            normal[r] = (float)(row[0] * (double)n[0] + row[1] * (double)n[1] + row[2] * (double)n[2]);
+        }
+        atlas_shift_costs(view, vertices[i], place, normal, spacing, 0, &one);
+        cost += fmin((double)one, 9.0) / count; /* far from the profile is far: how far does not matter */
+    }
+    return cost;
 }

@@ -37,15 +37,13 @@ static void look(const struct atlas_view *view, int which, const float *shape, c
 {
     const int vertices = view->atlas->mean.vertex_count, shifts = look_shifts[which];
     const float spacing = spacing_of(view, which);
-    float mean, deviation;
-    atlas_contrast(view, shape, normals, &mean, &deviation);
 #if defined(_OPENMP)
     #pragma omp parallel for
 #endif
     for (int v = 0; v < vertices; ++v) {
         float costs[64];
         int best = shifts;
-        atlas_shift_costs(view, v, shape + 3 * v, normals + 3 * v, spacing, shifts, mean, deviation, costs);
+        atlas_shift_costs(view, v, shape + 3 * v, normals + 3 * v, spacing, shifts, costs);
         for (int s = 0; s <= 2 * shifts; ++s) { /* equal costs: the nearer one */
             const bool nearer = abs(s - shifts) < abs(best - shifts);
             best = costs[s] < costs[best] || (costs[s] <= costs[best] && nearer) ? s : best;
@@ -137,37 +135,6 @@ struct candidate {
     int cell; /* decides between equal costs, for any number of threads */
 };
 
-/* Mean cost of the surface as it lies, over a few of its vertices. */
-static double cost_at(const struct atlas_view *view, const struct similarity *pose, const int *few, int count, const float *normals)
-{
-    double cost = 0.0;
-    float mean = 0.0f, deviation = 1.0f, lines[FEW], square = 0.0f;
-    if (view->learned) { /* of the places themselves: cheap, and about the same */
-        for (int i = 0; i < count; ++i) {
-            float place[3];
-            similarity_apply(pose, view->atlas->mean.positions + 3 * few[i], place);
-            lines[i] = atlas_intensity(view->image, place);
-            mean += lines[i] / (float)count;
-        }
-        for (int i = 0; i < count; ++i) {
-            square += (lines[i] - mean) * (lines[i] - mean) / (float)count;
-        }
-        deviation = square > 0.0f ? sqrtf(square) : 1.0f;
-    }
-    const float spacing = view->learned ? (float)view->atlas->spacing : spacing_of(view, 0);
-    for (int i = 0; i < count; ++i) {
-        float place[3], normal[3], value;
-        const float *n = normals + 3 * few[i];
-        similarity_apply(pose, view->atlas->mean.positions + 3 * few[i], place);
-        for (int r = 0; r < 3; ++r) {
-            normal[r] = (float)(pose->rotation[r][0] * (double)n[0] + pose->rotation[r][1] * (double)n[1] + pose->rotation[r][2] * (double)n[2]);
-        }
-        atlas_shift_costs(view, few[i], place, normal, spacing, 0, mean, deviation, &value);
-        cost += fmin((double)value, 9.0) / count;
-    }
-    return cost;
-}
-
 static void add_candidate(struct candidate *best, int *count, const struct candidate *fresh)
 {
     int at = *count < CANDIDATES ? (*count)++ : CANDIDATES;
@@ -217,7 +184,7 @@ static int search(const struct atlas_view *view, const int *few, int count, cons
                 const double *row = trial.pose.rotation[r];
                 trial.pose.translation[r] = (double)middle[r] - trial.pose.scale * (row[0] * center[0] + row[1] * center[1] + row[2] * center[2]);
             }
-            trial.cost = cost_at(view, &trial.pose, few, count, normals);
+            trial.cost = atlas_surface_cost(view, &trial.pose, few, count, normals, spacing_of(view, 0));
             local = trial.cost < local.cost ? trial : local;
         }
 #if defined(_OPENMP)
@@ -250,10 +217,10 @@ bool atlas_place_start(const struct atlas_view *view, struct atlas_placing *plac
     for (int c = 0; good && c < found; ++c) { /* the best after a first adjustment of the pose */
         placing->pose = best[c].pose;
         good = refine(view, 0, 0, placing);
-        const double cost = good ? cost_at(view, &placing->pose, few, count, normals) : INFINITY;
+        const double cost = good ? atlas_surface_cost(view, &placing->pose, few, count, normals, spacing_of(view, 1)) : INFINITY;
         if (cost < least) {
             least = cost;
-            pose = best[c].pose;
+            pose = best[c].pose; /* unadjusted: what the search found */
         }
     }
     placing->pose = pose;

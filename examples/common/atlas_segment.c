@@ -56,14 +56,13 @@ static bool create_cubes(const struct atlas_segment *run, float leash, struct vo
 }
 
 /* The pressure at a place: inside where the intensity says so, as long as the leash allows: q counts leashes outward. */
-static float pressure_at(const struct atlas_segment *run, const struct target *shape, const float place[3], float leash, float mean,
-                         float deviation)
+static float pressure_at(const struct atlas_segment *run, const struct target *shape, const float place[3], float leash)
 {
     const struct similarity identity = similarity_identity();
     struct target_hit hit;
     target_nearest(shape, &identity, place, &hit);
     const float q = fmaxf(-1.0f, fminf(1.0f, hit.signed_distance / leash));
-    const float inside = atlas_inside(&run->view, (int)hit.vertex, atlas_intensity(&run->image, place), mean, deviation);
+    const float inside = atlas_inside(&run->view, (int)hit.vertex, atlas_intensity(&run->image, place));
     return inside * (1.0f - q * q) - q * fabsf(q);
 }
 
@@ -78,14 +77,12 @@ static bool field_create(const struct atlas_segment *run, struct field *field)
     const struct atlas_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
     const size_t vertices = (size_t)mesh->vertex_count;
     struct target shape;
-    float mean, deviation;
     memset(field, 0, sizeof *field);
     if (!target_create(mesh->positions, vertices, mesh->triangles, (size_t)mesh->triangle_count, &shape)) {
         return atlas_no_memory();
     }
     const float leash = (float)(run->settings.leash * shape.radius);
     bool good = create_cubes(run, leash, &field->pressure);
-    atlas_contrast(&run->view, mesh->positions, shape.normals, &mean, &deviation);
     const struct volume *cubes = &field->pressure;
 #if defined(_OPENMP)
     #pragma omp parallel for
@@ -97,7 +94,7 @@ static bool field_create(const struct atlas_segment *run, struct field *field)
                 const float index[3] = {(float)i, (float)j, (float)k};
                 float place[3];
                 volume_index_to_world(cubes, index, place);
-                *out++ = pressure_at(run, &shape, place, leash, mean, deviation);
+                *out++ = pressure_at(run, &shape, place, leash);
             }
         }
     }
@@ -230,6 +227,7 @@ static void choose_window(struct atlas_segment *run)
     view->low = set->windowed ? (float)set->window[0] : set->dark ? -INFINITY : level;
     view->high = set->windowed ? (float)set->window[1] : set->dark ? level : INFINITY;
     const float range = segment_percentile(&run->image, 0.995) - segment_percentile(&run->image, 0.005);
+    atlas_contrast(&run->image, &view->mean, &view->deviation);
     view->ramp = set->ramp > 0.0 ? (float)set->ramp : fmaxf(0.1f * range, 1e-6f);
 }
 

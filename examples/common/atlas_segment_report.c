@@ -134,7 +134,7 @@ static bool write_labels(const struct atlas_segment *run, const uint8_t *mask, c
 static bool draw_slices(const struct atlas_segment *run, const float *before, const float *after, const char *folder)
 {
     const struct slices_contour contours[3] = {
-        {.data = before, .level = -0.5f, .width = 1.2f, .color = {1.0f, 0.85f, 0.2f}, .name = "modes"},
+        {.data = before, .level = -0.5f, .width = 1.2f, .color = {1.0f, 0.85f, 0.2f}, .name = "before springls"},
         {.data = after, .level = -0.5f, .color = {1.0f, 0.35f, 0.2f}, .name = "springls"},
         {.data = run->reference.data, .any_label = true, .width = 1.2f, .color = {0.2f, 0.85f, 1.0f}, .name = "reference"}};
     const bool same = run->reference.data && volume_same_grid(&run->image, &run->reference);

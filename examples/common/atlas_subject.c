@@ -1,4 +1,6 @@
 /* atlas_subject.c - subjects of an atlas: meshes, or label maps turned into surfaces. */
+#define _POSIX_C_SOURCE 200809L
+
 #include "atlas.h"
 
 #include "mesh_io.h"
@@ -10,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 enum { MOST_LANDMARKS = 64, MARGIN = 4 };
 
@@ -280,11 +283,20 @@ static bool read_mesh(const char *path, bool mirror, struct atlas_subject *subje
     return good;
 }
 
+static bool is_file(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 && S_ISREG(status.st_mode);
+}
+
 static bool read_image(const char *folder, const char *path, struct atlas_subject *subject)
 {
     char image[1024], error[VOLUME_TEXT];
     const char *slash = strrchr(path, '/');
     snprintf(image, sizeof image, "%s/%s", folder, slash ? slash + 1 : path);
+    if (is_file(folder)) {
+        snprintf(image, sizeof image, "%s", folder);
+    }
     return volume_read(image, 0, &subject->image, error) || atlas_fail("%s", error);
 }
 

@@ -282,74 +282,96 @@ static double center_kernel(const struct warp *warp, int a, int b)
     return kernel(warp, d2, &slope);
 }
 
-/* What a centre is wanted to do: a displacement, and its covariance. */
-struct wish {
-    double displacement[3], covariance[3][3];
-};
-
-static struct wish follow_surface(const struct warp *warp, int a, const struct target *target, const struct similarity *pose,
-                                  const float at[3], const float normal[3])
+struct warp_wish warp_wish_along(const double displacement[3], const float normal[3], double sigma)
 {
-    const double sigma2 = noise * noise * warp->size * warp->size, loose = 1e6 * sigma2;
-    struct target_hit hit;
-    struct wish wish;
-    float way[3];
-    target_nearest(target, pose, at, &hit);
-    const bool known = !hit.on_rim && vec3_dot(hit.normal, normal) > 0.3f;
-    vec3_sub(hit.place, at, way);
-    const double along = known ? (double)vec3_dot(way, hit.normal) : 0.0;
+    struct warp_wish wish;
     for (int r = 0; r < 3; ++r) {
-        const double n = (double)hit.normal[r];
-        wish.displacement[r] = (double)at[r] - (double)warp->centers[3 * a + r] + along * n;
+        wish.displacement[r] = displacement[r];
         for (int c = 0; c < 3; ++c) {
-            const double both = n * (double)hit.normal[c], across = (r == c ? 1.0 : 0.0) - both;
-            wish.covariance[r][c] = known ? sigma2 * (both + across / slide) : r == c ? loose : 0.0;
+            const double both = (double)normal[r] * (double)normal[c], across = (r == c ? 1.0 : 0.0) - both;
+            wish.covariance[r][c] = sigma * sigma * (both + across / slide);
         }
     }
     return wish;
 }
 
-static struct wish follow_landmark(const struct warp *warp, int a, const struct similarity *back, const float landmark[3])
+static struct warp_wish wish_anyway(const double displacement[3], double sigma)
 {
-    const double sigma2 = noise * noise * warp->size * warp->size;
-    struct wish wish;
-    float to[3];
-    similarity_apply(back, landmark, to);
+    struct warp_wish wish;
     for (int r = 0; r < 3; ++r) {
-        wish.displacement[r] = (double)to[r] - (double)warp->centers[3 * a + r];
+        wish.displacement[r] = displacement[r];
         for (int c = 0; c < 3; ++c) {
-            wish.covariance[r][c] = r == c ? sigma2 : 0.0;
+            wish.covariance[r][c] = r == c ? sigma * sigma : 0.0;
         }
     }
     return wish;
 }
 
-bool warp_fit(struct warp *warp, const struct target *target, const struct similarity *pose, const float *now,
-              const float *normals, const float *landmarks)
+bool warp_solve(struct warp *warp, const struct warp_wish *wishes)
 {
-    const struct similarity back = similarity_inverse(pose);
-    const int n = 3 * warp->count, free_centers = warp->count - warp->pinned;
+    const int n = 3 * warp->count;
     double *matrix = calloc((size_t)n * (size_t)n + 1, sizeof *matrix);
     if (!matrix) {
         return false;
     }
     /* (K + covariance) weights = wanted displacements; its lower half. */
     for (int a = 0; a < warp->count; ++a) {
-        const struct wish wish = a < free_centers ? follow_surface(warp, a, target, pose, now + 3 * a, normals + 3 * a)
-                                                  : follow_landmark(warp, a, &back, landmarks + 3 * (a - free_centers));
         for (int r = 0; r < 3; ++r) {
             double *row = matrix + (size_t)(3 * a + r) * (size_t)n;
             for (int b = 0; b <= a; ++b) {
                 row[3 * b + r] = center_kernel(warp, a, b);
             }
             for (int c = 0; c <= r; ++c) {
-                row[3 * a + c] += wish.covariance[r][c];
+                row[3 * a + c] += wishes[a].covariance[r][c];
             }
-            warp->weights[3 * a + r] = wish.displacement[r];
+            warp->weights[3 * a + r] = wishes[a].displacement[r];
         }
     }
     const bool good = LAPACKE_dposv(LAPACK_ROW_MAJOR, 'L', n, 1, matrix, n, warp->weights, 1) == 0;
     free(matrix);
+    return good;
+}
+
+static struct warp_wish follow_surface(const struct warp *warp, int a, const struct target *target, const struct similarity *pose,
+                                       const float at[3], const float normal[3])
+{
+    const double sigma = noise * warp->size, loose = 1e3 * sigma;
+    struct target_hit hit;
+    double displacement[3];
+    float way[3];
+    target_nearest(target, pose, at, &hit);
+    const bool known = !hit.on_rim && vec3_dot(hit.normal, normal) > 0.3f;
+    vec3_sub(hit.place, at, way);
+    const double along = known ? (double)vec3_dot(way, hit.normal) : 0.0;
+    for (int r = 0; r < 3; ++r) {
+        displacement[r] = (double)at[r] - (double)warp->centers[3 * a + r] + along * (double)hit.normal[r];
+    }
+    return known ? warp_wish_along(displacement, hit.normal, sigma) : wish_anyway(displacement, loose);
+}
+
+static struct warp_wish follow_landmark(const struct warp *warp, int a, const struct similarity *back, const float landmark[3])
+{
+    double displacement[3];
+    float to[3];
+    similarity_apply(back, landmark, to);
+    for (int r = 0; r < 3; ++r) {
+        displacement[r] = (double)to[r] - (double)warp->centers[3 * a + r];
+    }
+    return wish_anyway(displacement, noise * warp->size);
+}
+
+bool warp_fit(struct warp *warp, const struct target *target, const struct similarity *pose, const float *now,
+              const float *normals, const float *landmarks)
+{
+    const struct similarity back = similarity_inverse(pose);
+    const int free_centers = warp->count - warp->pinned;
+    struct warp_wish *wishes = malloc(((size_t)warp->count + 1) * sizeof *wishes);
+    for (int a = 0; wishes && a < warp->count; ++a) {
+        wishes[a] = a < free_centers ? follow_surface(warp, a, target, pose, now + 3 * a, normals + 3 * a)
+                                     : follow_landmark(warp, a, &back, landmarks + 3 * (a - free_centers));
+    }
+    const bool good = wishes && warp_solve(warp, wishes);
+    free(wishes);
     return good;
 }
 

@@ -64,6 +64,17 @@ void warp_apply(const struct warp *warp, const float point[3], float place[3], f
 bool warp_fit(struct warp *warp, const struct target *target, const struct similarity *pose, const float *now,
               const float *normals, const float *landmarks);
 
+/* What a centre is wanted to do: its displacement from the template, and the covariance of that. */
+struct warp_wish {
+    double displacement[3], covariance[3][3];
+};
+
+/* A wish that counts along `normal` with deviation `sigma`, and little across it. */
+struct warp_wish warp_wish_along(const double displacement[3], const float normal[3], double sigma);
+
+/* The most probable displacement after one wish a centre. False: LAPACK refuses, or memory. */
+bool warp_solve(struct warp *warp, const struct warp_wish *wishes);
+
 /* How improbable the displacement is, and what is left of the distances: the smaller the better. */
 double warp_cost(const struct warp *warp, const struct target *target, const struct similarity *pose);
 
