@@ -83,7 +83,7 @@ struct atlas_template {
 };
 
 /* With `cut`, closed surfaces are cut afresh by the model's own zero level; open ones keep their triangles. cells: voxels
- * along the longest side; 0: 32, or 64 or 128 where the zero level would be a voxel off at more than 1 % of the surface's vertices. */
+ * along the longest side; 0: 32, or 64 where the zero level would be a voxel off at more than 0.2 % of the surface's vertices. */
 bool atlas_template_create(const struct atlas_mesh *from, bool open, bool cut, int cells, const springls_params *params,
                            struct atlas_template *template);
 void atlas_template_free(struct atlas_template *template);

@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CELLS = 32, MOST_CELLS = 128, CENTERS = 200, WARP_STEPS = 12, SETTLE_STEPS = 40 };
+enum { CELLS = 32, MOST_CELLS = 64, CENTERS = 200, WARP_STEPS = 12, SETTLE_STEPS = 40 };
 
 /* ---- template ---- */
 
@@ -121,7 +121,7 @@ bool atlas_template_create(const struct atlas_mesh *from, bool open, bool cut, i
     memset(template, 0, sizeof *template);
     template->open = open;
     const bool given = cells > 0;
-    for (cells = given ? cells : CELLS; good && lost > 0.01f; cells *= 2) { /* finer until next to nothing is lost: thin plates above all */
+    for (cells = given ? cells : CELLS; good && lost > 0.002f; cells *= 2) { /* finer until next to nothing is lost: thin plates above all */
         springls_destroy(template->ctx);
         atlas_mesh_free(&template->mesh);
         template->ctx = NULL;

@@ -160,7 +160,7 @@ static bool crop_labels(const struct volume *all, const int *labels, int count, 
     return true;
 }
 
-/* The surface where the mask, smoothed by 0.7 of its thickest voxel side, is one half: without the stairs of the voxels. */
+/* The surface where the mask, smoothed by half its thickest voxel side, is one half: without the stairs of the voxels. */
 static bool mask_surface(const struct volume *labels, const char *name, struct atlas_mesh *mesh)
 {
     const float thickest = fmaxf(labels->spacing[0], fmaxf(labels->spacing[1], labels->spacing[2]));
@@ -175,7 +175,7 @@ static bool mask_surface(const struct volume *labels, const char *name, struct a
     for (size_t n = 0; mask && n < voxels; ++n) {
         mask[n] = labels->data[n] > 0.5f ? 1.0f : 0.0f;
     }
-    if (!mask || !segment_blur(labels, sqrtf(3.0f) * thickest, mask)) {
+    if (!mask || !segment_blur(labels, sqrtf(2.0f) * thickest, mask)) {
         free(mask);
         return atlas_no_memory();
     }
