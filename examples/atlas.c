@@ -67,7 +67,7 @@ static int build_main(int argc, char **argv)
 
 static int segment_main(int argc, char **argv)
 {
-    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .leash = 0.05, .modes = 10,
+    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .modes = 10,
                                                     .steps = 100}};
     struct atlas_segment_settings *set = &run.settings;
     const char *overrides = NULL, *window = NULL;
@@ -81,7 +81,7 @@ static int segment_main(int argc, char **argv)
         {"window", CLI_STRING, &window, "LO,HI", "the object lies between LO and HI", 0, 0, NULL},
         {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level; 0: a tenth of the image's range", 0, 1e9, NULL},
         {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted", 0, ATLAS_MOST_MODES, NULL},
-        {"leash", CLI_DOUBLE, &set->leash, "L", "how far springls may go from the fitted shape, in its sizes", 0.001, 10, NULL},
+        {"leash", CLI_DOUBLE, &set->leash, "MM", "how far springls may go from the fitted shape; 0: twice what the modes leave of a subject, or 0.05 of its size", 0, 1e6, NULL},
         {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure", 0, 10, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps of the springls at most", 0, 1e6, NULL},

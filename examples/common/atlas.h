@@ -30,6 +30,7 @@ struct atlas {
     int *regions;             /* label of the region a vertex lies in, 0: none known; never NULL */
     bool oriented;            /* made of label maps: its axes are the patient's, its place is the first subject's */
     double voxel;             /* side of the voxels that its springls were made on */
+    double generalisation;    /* mean distance of a subject left out from the model of the others; 0: unknown */
     int subjects;
     /* Intensities along the normals, when images were given: `samples` places a vertex, `spacing` apart, the middle one on
      * the surface; means and deviations of intensities scaled to mean 0 and deviation 1 over each image. */

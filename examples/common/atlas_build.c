@@ -184,6 +184,7 @@ bool atlas_build_run(struct atlas_build *build)
         || (set->count > 2 && !shape_curves_make(build->shapes, set->count, vertices, set->samples, &build->curves))) {
         return atlas_no_memory();
     }
+    atlas->generalisation = build->curves.modes > 0 ? build->curves.generalisation[build->curves.modes - 1] : 0.0;
     const bool good = vote_regions(build) && atlas_learn(build) && atlas_truth_measure(build);
     build->seconds = elapsed_seconds() - begin;
     return good;

@@ -103,6 +103,7 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
     json_bool(&json, "patient_axes", atlas->oriented);
     json_integer(&json, "subjects", atlas->subjects);
     json_number(&json, "voxel_mm", atlas->voxel);
+    json_number(&json, "generalisation_mm", atlas->generalisation);
     json_integer(&json, "vertices", atlas->mean.vertex_count);
     json_integer(&json, "triangles", atlas->mean.triangle_count);
     json_integer(&json, "modes", atlas->model.modes);
@@ -155,7 +156,8 @@ static const char *read_scalars(const cJSON *header, struct atlas *atlas)
         || !whole(header, "triangles", 1, MOST_VERTICES, &atlas->mean.triangle_count)
         || !whole(header, "modes", 0, ATLAS_MOST_MODES, &atlas->model.modes)
         || !whole(header, "profile_samples", 0, 1000, &atlas->samples) || !whole(header, "subjects", 1, 1 << 30, &atlas->subjects)
-        || !real(header, "voxel_mm", 0.0, 1e9, &atlas->voxel) || !real(header, "profile_spacing_mm", 0.0, 1e9, &atlas->spacing)) {
+        || !real(header, "voxel_mm", 0.0, 1e9, &atlas->voxel)
+        || !real(header, "generalisation_mm", 0.0, 1e9, &atlas->generalisation) || !real(header, "profile_spacing_mm", 0.0, 1e9, &atlas->spacing)) {
         return "a size is missing or out of range";
     }
     atlas->oriented = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(header, "patient_axes"));

@@ -72,6 +72,12 @@ static void field_free(struct field *field)
     gvf_free(&field->flow);
 }
 
+/* What the modes cannot show, twice; but not less than a part of the shape's size. mm */
+static double choose_leash(const struct atlas_segment *run, double radius)
+{
+    return fmax(2.0 * run->placing.pose.scale * run->atlas.generalisation, 0.05 * radius);
+}
+
 static bool field_create(const struct atlas_segment *run, struct field *field)
 {
     const struct atlas_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
@@ -81,7 +87,7 @@ static bool field_create(const struct atlas_segment *run, struct field *field)
     if (!target_create(mesh->positions, vertices, mesh->triangles, (size_t)mesh->triangle_count, &shape)) {
         return atlas_no_memory();
     }
-    const float leash = (float)(run->settings.leash * shape.radius);
+    const float leash = (float)(run->settings.leash > 0.0 ? run->settings.leash : choose_leash(run, shape.radius));
     bool good = create_cubes(run, leash, &field->pressure);
     const struct volume *cubes = &field->pressure;
 #if defined(_OPENMP)
