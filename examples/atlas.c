@@ -1,7 +1,7 @@
 /* atlas.c - point distribution models made and used by springls (paper, sections 5.6 and 5.7; docs/atlas.md).
  *
  *   atlas build a.nii.gz b.nii.gz c.nii.gz --out hippocampus          # label maps: "a.nii.gz:1+2" for some labels only
- *   atlas build shapes/(star).stl --landmarks marks --out tori
+ *   atlas build a.stl b.stl c.stl --landmarks marks --out tori
  *   atlas segment scan.nii.gz --atlas hippocampus/atlas.json --out result */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
@@ -34,6 +34,8 @@ static int build_main(int argc, char **argv)
     set->common = cli_common_defaults();
     const struct cli_option options[] = {
         {"landmarks", CLI_STRING, &set->landmarks, "DIR", "DIR/NAME.csv, lines x,y,z: corresponding places on subject NAME.*", 0, 0, NULL},
+        {"vertex-landmarks", CLI_INT, &set->vertex_landmarks, "K", "instead: K vertices of meshes of the same triangles; 0: none, else 3 or more",
+         0, ATLAS_MOST_LANDMARKS, NULL},
         {"images", CLI_STRING, &set->images, "PATH", "images with the label maps' names, or the one image: the atlas learns intensities", 0, 0, NULL},
         {"orientation", CLI_CHOICE, &set->orientation, NULL, "of the subjects; auto: by landmarks, else known for label maps, else searched",
          0, 0, "auto|known|search"},
@@ -55,6 +57,9 @@ static int build_main(int argc, char **argv)
                                         .repeated = &set->count,
                                         .repeated_most = ATLAS_MOST_SUBJECTS};
     int status = cli_parse(&program, argc, argv);
+    if (status == CLI_GO_ON && set->vertex_landmarks > 0 && (set->landmarks || set->vertex_landmarks < 3)) {
+        status = cli_fail("atlas build", CLI_EXIT_USAGE, "--vertex-landmarks wants 3 or more, and no --landmarks");
+    }
     if (status == CLI_GO_ON) {
         status = run_options("atlas build", &set->common, overrides, &build.params);
     }

@@ -15,7 +15,7 @@
 #include "surface_fit.h"
 #include "volume.h"
 
-enum { ATLAS_MOST_SUBJECTS = 256, ATLAS_MOST_MODES = 64 };
+enum { ATLAS_MOST_SUBJECTS = 256, ATLAS_MOST_MODES = 64, ATLAS_MOST_LANDMARKS = 64 };
 
 /* A triangle mesh; arrays from malloc. */
 struct atlas_mesh {
@@ -98,7 +98,7 @@ struct atlas_build_settings {
     const char *names[ATLAS_MOST_SUBJECTS];
     int count;
     const char *images, *landmarks, *orientation;
-    int rounds, modes, samples;
+    int rounds, modes, samples, vertex_landmarks;
     bool keep_scale, mirror;
 };
 
@@ -125,7 +125,9 @@ struct atlas_build {
 bool atlas_build_run(struct atlas_build *build);
 bool atlas_build_output(const struct atlas_build *build);
 void atlas_build_free(struct atlas_build *build);
-bool atlas_truth_measure(struct atlas_build *build); /* atlas_truth.c */
+/* atlas_truth.c. Are all subjects meshes of the same triangles, so that vertex k is the same place on each? */
+bool atlas_same_triangles(const struct atlas_build *build);
+bool atlas_truth_measure(struct atlas_build *build);
 
 /* ---- intensities: atlas_image.c ---- */
 

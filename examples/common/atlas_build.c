@@ -35,6 +35,29 @@ static bool read_subjects(struct atlas_build *build)
     return true;
 }
 
+/* Of meshes of the same triangles some vertices, far from each other, are told: they stand for marks set by hand. */
+static bool tell_vertices(struct atlas_build *build, int wanted)
+{
+    int chosen[ATLAS_MOST_LANDMARKS];
+    if (!atlas_same_triangles(build)) {
+        return atlas_fail("--vertex-landmarks is for meshes of the same triangles");
+    }
+    const struct atlas_mesh *first = &build->subjects[0].mesh;
+    const int count = points_spread(first->positions, first->vertex_count, wanted, chosen);
+    for (int s = 0; s < build->settings.count; ++s) {
+        struct atlas_subject *subject = &build->subjects[s];
+        subject->landmark_count = count;
+        subject->landmarks = malloc((3 * (size_t)count + 1) * sizeof *subject->landmarks);
+        if (!subject->landmarks) {
+            return atlas_no_memory();
+        }
+        for (int l = 0; l < count; ++l) {
+            memcpy(subject->landmarks + 3 * l, subject->mesh.positions + 3 * chosen[l], 3 * sizeof *subject->landmarks);
+        }
+    }
+    return true;
+}
+
 /* By landmarks where there are some; the patient's axes where label maps tell them; else it has to be found. */
 static enum orientation choose_orientation(const struct atlas_build *build)
 {
@@ -169,6 +192,9 @@ bool atlas_build_run(struct atlas_build *build)
     struct atlas *atlas = &build->atlas;
     const double begin = elapsed_seconds();
     if (!read_subjects(build)) {
+        return false;
+    }
+    if (set->vertex_landmarks > 0 && !tell_vertices(build, set->vertex_landmarks)) {
         return false;
     }
     const double read = elapsed_seconds();

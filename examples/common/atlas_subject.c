@@ -14,7 +14,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { MOST_LANDMARKS = 64, MARGIN = 4 };
+enum { MARGIN = 4 };
 
 bool atlas_fail(const char *format, ...)
 {
@@ -333,19 +333,19 @@ static bool read_landmarks(const char *folder, const char *path, struct atlas_su
     const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
     snprintf(name, sizeof name, "%s/%.*s.csv", folder, (int)strcspn(base, "."), base);
     FILE *file = fopen(name, "r");
-    subject->landmarks = malloc(3 * MOST_LANDMARKS * sizeof *subject->landmarks);
+    subject->landmarks = malloc(3 * ATLAS_MOST_LANDMARKS * sizeof *subject->landmarks);
     bool good = file && subject->landmarks;
     while (good && fgets(line, sizeof line, file)) {
         float *x = subject->landmarks + 3 * subject->landmark_count;
         char rest;
-        good = subject->landmark_count < MOST_LANDMARKS && sscanf(line, "%f,%f,%f %c", &x[0], &x[1], &x[2], &rest) == 3
+        good = subject->landmark_count < ATLAS_MOST_LANDMARKS && sscanf(line, "%f,%f,%f %c", &x[0], &x[1], &x[2], &rest) == 3
             && isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]);
         subject->landmark_count += good;
     }
     if (file) {
         fclose(file);
     }
-    return (good && subject->landmark_count >= 3) || atlas_fail("%s: expected 3 to %d lines x,y,z", name, MOST_LANDMARKS);
+    return (good && subject->landmark_count >= 3) || atlas_fail("%s: expected 3 to %d lines x,y,z", name, ATLAS_MOST_LANDMARKS);
 }
 
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject)

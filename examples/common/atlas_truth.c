@@ -31,7 +31,7 @@ static void find_spot(const struct bvh *bvh, const struct atlas_mesh *mesh, cons
     mesh_barycentric(positions + 3 * corner[0], positions + 3 * corner[1], positions + 3 * corner[2], closest, spot->weight);
 }
 
-static bool same_triangles(const struct atlas_build *build)
+bool atlas_same_triangles(const struct atlas_build *build)
 {
     const struct atlas_mesh *first = &build->subjects[0].mesh;
     bool same = build->settings.count > 1;
@@ -161,7 +161,7 @@ bool atlas_truth_measure(struct atlas_build *build)
 {
     struct atlas_truth *truth = &build->truth;
     memset(truth, 0, sizeof *truth);
-    if (!same_triangles(build)) {
+    if (!atlas_same_triangles(build)) {
         return true;
     }
     const int vertices = build->subjects[0].mesh.vertex_count, count = build->settings.count;
