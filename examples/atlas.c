@@ -28,25 +28,30 @@ static bool read_window(const char *text, double window[2])
 
 static int build_main(int argc, char **argv)
 {
-    static struct atlas_build build = {.settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MOST_MODES, .samples = 100}};
+    static struct atlas_build build = {
+        .settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MOST_MODES, .samples = 100}};
     struct atlas_build_settings *set = &build.settings;
     const char *overrides = NULL;
     set->common = cli_common_defaults();
     const struct cli_option options[] = {
-        {"landmarks", CLI_STRING, &set->landmarks, "DIR", "DIR/NAME.csv, lines x,y,z: corresponding places on subject NAME.*", 0, 0, NULL},
-        {"vertex-landmarks", CLI_INT, &set->vertex_landmarks, "K", "instead: K vertices of meshes of the same triangles; 0: none, else 3 or more",
-         0, ATLAS_MOST_LANDMARKS, NULL},
-        {"images", CLI_STRING, &set->images, "PATH", "images with the label maps' names, or the one image: the atlas learns intensities", 0, 0, NULL},
-        {"orientation", CLI_CHOICE, &set->orientation, NULL, "of the subjects; auto: by landmarks, else known for label maps, else searched",
-         0, 0, "auto|known|search"},
-        {"rounds", CLI_INT, &set->rounds, "K", "the first starts from the first subject, others from the mean shape", 1, 10, NULL},
+        {"landmarks", CLI_STRING, &set->landmarks, "DIR", "DIR/NAME.csv, lines x,y,z: corresponding places on subject NAME.*",
+         0, 0, NULL},
+        {"vertex-landmarks", CLI_INT, &set->vertex_landmarks, "K",
+         "instead: K vertices of meshes of the same triangles; 0: none, else 3 or more", 0, ATLAS_MOST_LANDMARKS, NULL},
+        {"images", CLI_STRING, &set->images, "PATH",
+         "images with the label maps' names, or the one image: the atlas learns intensities", 0, 0, NULL},
+        {"orientation", CLI_CHOICE, &set->orientation, NULL,
+         "of the subjects; auto: by landmarks, else known for label maps, else searched", 0, 0, "auto|known|search"},
+        {"rounds", CLI_INT, &set->rounds, "K", "the first starts from the first subject, others from the mean shape", 1, 10,
+         NULL},
         {"modes", CLI_INT, &set->modes, "K", "modes kept at most", 1, ATLAS_MOST_MODES, NULL},
         {"keep-scale", CLI_FLAG, &set->keep_scale, NULL, "sizes are part of the model: alignment does not scale", 0, 0, NULL},
         {"mirror", CLI_FLAG, &set->mirror, NULL, "the subjects' mirror images: a right side from left ones", 0, 0, NULL},
         {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
-    const struct cli_positional rest = {"SUBJECT...", set->names, "label map (NIfTI), FILE or FILE:LABEL[+LABEL..]; or mesh", true};
+    const struct cli_positional rest = {"SUBJECT...", set->names, "label map (NIfTI), FILE or FILE:LABEL[+LABEL..]; or mesh",
+                                        true};
     const struct cli_program program = {.name = "atlas build",
                                         .summary = "makes a point distribution model: springls find the correspondences",
                                         .common = &set->common,
@@ -80,13 +85,16 @@ static int segment_main(int argc, char **argv)
     set->common = cli_common_defaults();
     const struct cli_option options[] = {
         {"atlas", CLI_STRING, &set->atlas, "FILE", "atlas.json of atlas build", 0, 0, NULL},
-        {"level", CLI_DOUBLE, &set->level, "L", "the object is brighter than L; without: what the atlas has learned, else Otsu's threshold",
-         0, 0, NULL},
+        {"level", CLI_DOUBLE, &set->level, "L",
+         "the object is brighter than L; without: what the atlas has learned, else Otsu's threshold", 0, 0, NULL},
         {"dark", CLI_FLAG, &set->dark, NULL, "the object is darker than the level", 0, 0, NULL},
         {"window", CLI_STRING, &window, "LO,HI", "the object lies between LO and HI", 0, 0, NULL},
-        {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level; 0: a tenth of the image's range", 0, 1e9, NULL},
+        {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level; 0: a tenth of the image's range", 0, 1e9,
+         NULL},
         {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted", 0, ATLAS_MOST_MODES, NULL},
-        {"leash", CLI_DOUBLE, &set->leash, "MM", "how far springls may go from the fitted shape; 0: twice what the modes leave of a subject, or 0.05 of its size", 0, 1e6, NULL},
+        {"leash", CLI_DOUBLE, &set->leash, "MM",
+         "how far springls may go from the fitted shape; 0: twice what the modes leave of a subject, or 0.05 of its size", 0,
+         1e6, NULL},
         {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure", 0, 10, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps of the springls at most", 0, 1e6, NULL},

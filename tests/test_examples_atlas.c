@@ -104,9 +104,12 @@ TEST similarity_of_moved_points_is_found(void)
     ASSERT_IN_RANGE(0.0, shapes_distance(from, back, BALL), 1e-5);
     for (int v = 0; v < BALL; ++v) to[3 * v] = -to[3 * v]; /* a mirror image is no rotation */
     ASSERT(similarity_fit(from, to, NULL, BALL, false, &found));
-    ASSERT_IN_RANGE(1.0, found.rotation[0][0] * (found.rotation[1][1] * found.rotation[2][2] - found.rotation[1][2] * found.rotation[2][1])
-                    - found.rotation[0][1] * (found.rotation[1][0] * found.rotation[2][2] - found.rotation[1][2] * found.rotation[2][0])
-                    + found.rotation[0][2] * (found.rotation[1][0] * found.rotation[2][1] - found.rotation[1][1] * found.rotation[2][0]), 1e-6);
+    ASSERT_IN_RANGE(
+        1.0,
+        found.rotation[0][0] * (found.rotation[1][1] * found.rotation[2][2] - found.rotation[1][2] * found.rotation[2][1]) -
+            found.rotation[0][1] * (found.rotation[1][0] * found.rotation[2][2] - found.rotation[1][2] * found.rotation[2][0]) +
+            found.rotation[0][2] * (found.rotation[1][0] * found.rotation[2][1] - found.rotation[1][1] * found.rotation[2][0]),
+        1e-6);
     PASS();
 }
 
@@ -149,7 +152,8 @@ TEST modes_that_were_put_in_come_out(void)
     ASSERT_IN_RANGE(1.0 * sqrt(6.0 / 8.0) * sqrt(length[2]), model.deviation[1], 1e-4);
     for (int m = 0; m < 2; ++m) {
         double along = 0.0;
-        for (int v = 0; v < BALL; ++v) along += (double)(model.mode[3 * BALL * m + 3 * v + 2 * m] * unit[3 * v + 2 * m]) / sqrt(length[2 * m]);
+        for (int v = 0; v < BALL; ++v)
+            along += (double)(model.mode[3 * BALL * m + 3 * v + 2 * m] * unit[3 * v + 2 * m]) / sqrt(length[2 * m]);
         ASSERT_IN_RANGE(1.0, fabs(along), 1e-5);
     }
     shape_model_weights(&model, points[8], 2, weights);
@@ -229,7 +233,8 @@ TEST springls_find_the_correspondence_of_ellipsoids(void)
         char error[MESH_TEXT];
         const float half[3] = {24.0f + 2.0f * (float)(s - 2), 17.0f, 11.0f};
         const struct similarity pose = some_pose(0.1 * s);
-        const struct mesh_ply ply = {.positions = points, .vertex_count = BALL, .indices = triangles, .triangle_count = BALL_TRIANGLES};
+        const struct mesh_ply ply = {
+            .positions = points, .vertex_count = BALL, .indices = triangles, .triangle_count = BALL_TRIANGLES};
         make_ellipsoid(half, points);
         for (int v = 0; v < BALL; ++v) points[3 * v + 2] += 0.02f * points[3 * v] * points[3 * v]; /* bent: no symmetry about x */
         for (int v = 0; v < BALL; ++v) points[3 * v] *= 1.0f + 0.012f * points[3 * v];              /* nor about y */
@@ -312,10 +317,17 @@ static bool write_bytes(const char *path, const char *bytes, size_t count)
 TEST broken_atlas_files_are_refused(void)
 {
     static const char *const broken[][2] = {
-        {"\"springls atlas\"", "\"something else\""}, {"\"version\": 1", "\"version\": 2"}, {"\"vertices\": 266", "\"vertices\": 267"},
-        {"\"vertices\": 266", "\"vertices\": -26"},   {"\"modes\": 2", "\"modes\": 3"},     {"\"triangles\": 528", "\"triangles\": 1e9"},
-        {"[2.5, 0.5]", "[2.5, 0.0]"},                 {"[2.5, 0.5]", "[2.5,\"a\"]"},       {"\"atlas.raw\"", "\"../atlas.r\""},
-        {"\"voxel_mm\"", "\"voxel_xx\""},             {"{", "["},
+        {"\"springls atlas\"", "\"something else\""},
+        {"\"version\": 1", "\"version\": 2"},
+        {"\"vertices\": 266", "\"vertices\": 267"},
+        {"\"vertices\": 266", "\"vertices\": -26"},
+        {"\"modes\": 2", "\"modes\": 3"},
+        {"\"triangles\": 528", "\"triangles\": 1e9"},
+        {"[2.5, 0.5]", "[2.5, 0.0]"},
+        {"[2.5, 0.5]", "[2.5,\"a\"]"},
+        {"\"atlas.raw\"", "\"../atlas.r\""},
+        {"\"voxel_mm\"", "\"voxel_xx\""},
+        {"{", "["},
     };
     struct atlas atlas;
     char text[8192], changed[8192];
@@ -397,7 +409,8 @@ static enum greatest_test_res segment_an_ellipsoid(bool learned)
 {
     struct atlas_build build = make_build();
     for (int s = 0; s < 3; ++s) {
-        const float center[3] = {6.0f + (float)s, 28.0f - (float)s, 26.0f}, half[3] = {13.0f + (float)s, 9.0f, 8.0f - 0.5f * (float)s};
+        const float center[3] = {6.0f + (float)s, 28.0f - (float)s, 26.0f},
+                    half[3] = {13.0f + (float)s, 9.0f, 8.0f - 0.5f * (float)s};
         ASSERT(write_subject(scratch(s, "labels%d.nii.gz", s), scratch(3 + s, "image%d.nii.gz", s), center, half));
         build.settings.names[s] = names[s];
     }
@@ -417,8 +430,12 @@ static enum greatest_test_res segment_an_ellipsoid(bool learned)
     struct atlas_segment run;
     const float center[3] = {11.0f, 24.0f, 28.0f}, half[3] = {16.0f, 10.5f, 8.5f};
     memset(&run, 0, sizeof run);
-    run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(), .level = learned ? (double)NAN : 150.0, .gvf = 0.2, .curvature = 0.05,
-                                                   .modes = 10, .steps = 100};
+    run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(),
+                                                   .level = learned ? (double)NAN : 150.0,
+                                                   .gvf = 0.2,
+                                                   .curvature = 0.05,
+                                                   .modes = 10,
+                                                   .steps = 100};
     run.settings.common.quiet = true;
     run.settings.image = scratch(6, "unseen.nii.gz", 0);
     run.settings.reference = scratch(7, "truth.nii.gz", 0);
@@ -473,7 +490,8 @@ TEST repeated_arguments_are_collected(void)
     const char *list[3];
     int count = 0;
     const struct cli_positional rest = {"ITEM...", list, NULL, true};
-    const struct cli_program program = {.name = "test", .positionals = &rest, .positional_count = 1, .repeated = &count, .repeated_most = 3};
+    const struct cli_program program = {
+        .name = "test", .positionals = &rest, .positional_count = 1, .repeated = &count, .repeated_most = 3};
     char *three[] = {"test", "a", "b", "c"}, *four[] = {"test", "a", "b", "c", "d"}, *none[] = {"test"};
     ASSERT_EQ(CLI_GO_ON, cli_parse(&program, 4, three));
     ASSERT_EQ(3, count);

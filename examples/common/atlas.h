@@ -59,9 +59,9 @@ struct atlas_subject {
     int steps;
 };
 
-/* "FILE" or "FILE:LABEL[+LABEL..]". images: folder with images of the same names, or the image itself, or NULL. landmarks: folder with files
- * NAME.csv of lines x,y,z, where the mesh or label map is called NAME.anything, or NULL. mirror: x -> -x about the middle
- * of the label map, or of the mesh's box. */
+/* "FILE" or "FILE:LABEL[+LABEL..]". images: folder with images of the same names, or the image itself, or NULL. landmarks:
+ * folder with files NAME.csv of lines x,y,z, where the mesh or label map is called NAME.anything, or NULL. mirror: x -> -x
+ * about the middle of the label map, or of the mesh's box. */
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject);
 void atlas_subject_free(struct atlas_subject *subject);
 
@@ -218,7 +218,8 @@ bool atlas_segment_output(const struct atlas_segment *run);
 void atlas_segment_free(struct atlas_segment *run);
 
 /* Surface of the labels (count = 0: all but 0) of a label map. all: the map, cropped to them. */
-bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part, struct atlas_mesh *mesh);
+bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part,
+                         struct atlas_mesh *mesh);
 int atlas_read_labels(const char *text, int *labels); /* "K[+K..]": how many, or -1 */
 enum { ATLAS_MOST_LABELS = 64 };
 

@@ -160,7 +160,8 @@ static bool vote_regions(struct atlas_build *build)
         if (!subject->labels.data) {
             continue;
         }
-        const float depth = 0.75f * fmaxf(subject->labels.spacing[0], fmaxf(subject->labels.spacing[1], subject->labels.spacing[2]));
+        const float depth =
+            0.75f * fmaxf(subject->labels.spacing[0], fmaxf(subject->labels.spacing[1], subject->labels.spacing[2]));
         mesh_normals(subject->shape, (size_t)vertices, atlas->mean.triangles, (size_t)atlas->mean.triangle_count, normals);
         for (int v = 0; v < vertices; ++v) {
             float inside[3];

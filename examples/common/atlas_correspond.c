@@ -35,8 +35,8 @@ static void bounds(const struct atlas_mesh *mesh, float lo[3], float hi[3])
 }
 
 /* A grid of `cells` voxels along the longest side of the mesh, and half of that more on every side: subjects differ. */
-static bool create_model(const struct atlas_mesh *mesh, int cells, const springls_params *params, double *voxel, springls_context **ctx)
-{
+static bool create_model(const struct atlas_mesh *mesh, int cells, const springls_params *params, double *voxel,
+                         springls_context **ctx) {
     float lo[3], hi[3];
     springls_desc desc;
     memset(&desc, 0, sizeof desc);
@@ -93,14 +93,18 @@ static bool cut_surface(const struct atlas_mesh *from, struct atlas_template *te
     springls_mesh surface;
     struct target target;
     memset(&surface, 0, sizeof surface);
-    bool good = atlas_check(template->ctx, springls_set_mesh(template->ctx, from->positions, from->vertex_count, 0, from->triangles,
-                                                             from->triangle_count, NULL), "template")
-             && atlas_check(template->ctx, springls_extract_mesh(template->ctx, &surface), "template")
-             && atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, &template->mesh);
+    bool good =
+        atlas_check(template->ctx,
+                    springls_set_mesh(template->ctx, from->positions, from->vertex_count, 0, from->triangles,
+                                      from->triangle_count, NULL),
+                    "template") &&
+        atlas_check(template->ctx, springls_extract_mesh(template->ctx, &surface), "template") &&
+        atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, &template->mesh);
     springls_mesh_free(template->ctx, &surface);
     const struct atlas_mesh *mesh = &template->mesh;
     *lost = 1.0f;
-    if (good && target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &target)) {
+    if (good &&
+        target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &target)) {
         *lost = 0.0f;
         for (int v = 0; v < from->vertex_count; ++v) {
             struct target_hit hit;
@@ -121,7 +125,8 @@ bool atlas_template_create(const struct atlas_mesh *from, bool open, bool cut, i
     memset(template, 0, sizeof *template);
     template->open = open;
     const bool given = cells > 0;
-    for (cells = given ? cells : CELLS; good && lost > 0.002f; cells *= 2) { /* finer until next to nothing is lost: thin plates above all */
+    for (cells = given ? cells : CELLS; good && lost > 0.002f;
+         cells *= 2) { /* finer until next to nothing is lost: thin plates above all */
         springls_destroy(template->ctx);
         atlas_mesh_free(&template->mesh);
         template->ctx = NULL;

@@ -31,7 +31,8 @@ enum { MOST_PARTS = 6 };
 
 static int list_parts(const struct atlas *atlas, struct part *parts)
 {
-    const size_t points = 3 * (size_t)atlas->mean.vertex_count, samples = (size_t)atlas->mean.vertex_count * (size_t)atlas->samples;
+    const size_t points = 3 * (size_t)atlas->mean.vertex_count,
+                 samples = (size_t)atlas->mean.vertex_count * (size_t)atlas->samples;
     const struct part all[MOST_PARTS] = {
         {"mean", true, points, atlas->mean.positions},
         {"triangles", false, 3 * (size_t)atlas->mean.triangle_count, atlas->mean.triangles},
@@ -152,12 +153,13 @@ static const char *read_scalars(const cJSON *header, struct atlas *atlas)
     if (!whole(header, "version", FORMAT_VERSION, FORMAT_VERSION, &version)) {
         return "another version of the format";
     }
-    if (!whole(header, "vertices", 3, MOST_VERTICES, &atlas->mean.vertex_count)
-        || !whole(header, "triangles", 1, MOST_VERTICES, &atlas->mean.triangle_count)
-        || !whole(header, "modes", 0, ATLAS_MOST_MODES, &atlas->model.modes)
-        || !whole(header, "profile_samples", 0, 1000, &atlas->samples) || !whole(header, "subjects", 1, 1 << 30, &atlas->subjects)
-        || !real(header, "voxel_mm", 0.0, 1e9, &atlas->voxel)
-        || !real(header, "generalisation_mm", 0.0, 1e9, &atlas->generalisation) || !real(header, "profile_spacing_mm", 0.0, 1e9, &atlas->spacing)) {
+    if (!whole(header, "vertices", 3, MOST_VERTICES, &atlas->mean.vertex_count) ||
+        !whole(header, "triangles", 1, MOST_VERTICES, &atlas->mean.triangle_count) ||
+        !whole(header, "modes", 0, ATLAS_MOST_MODES, &atlas->model.modes) ||
+        !whole(header, "profile_samples", 0, 1000, &atlas->samples) ||
+        !whole(header, "subjects", 1, 1 << 30, &atlas->subjects) || !real(header, "voxel_mm", 0.0, 1e9, &atlas->voxel) ||
+        !real(header, "generalisation_mm", 0.0, 1e9, &atlas->generalisation) ||
+        !real(header, "profile_spacing_mm", 0.0, 1e9, &atlas->spacing)) {
         return "a size is missing or out of range";
     }
     atlas->oriented = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(header, "patient_axes"));

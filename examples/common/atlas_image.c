@@ -39,8 +39,8 @@ float atlas_intensity(const struct volume *image, const float place[3])
 }
 
 /* `count` intensities on the normal's line, `spacing` apart, the middle one at `place`. */
-static void sample_line(const struct volume *image, const float place[3], const float normal[3], float spacing, int count, float *values)
-{
+static void sample_line(const struct volume *image, const float place[3], const float normal[3], float spacing, int count,
+                        float *values) {
     for (int i = 0; i < count; ++i) {
         float at[3];
         vec3_add_scaled(place, spacing * (float)(i - count / 2), normal, at);
@@ -66,8 +66,8 @@ void atlas_contrast(const struct volume *image, float *mean, float *deviation)
 /* ---- learning ---- */
 
 /* The subject's profiles, scaled to mean 0 and deviation 1. */
-static void subject_profiles(const struct atlas_build *build, const struct atlas_subject *subject, float *normals, float *profiles)
-{
+static void subject_profiles(const struct atlas_build *build, const struct atlas_subject *subject, float *normals,
+                             float *profiles) {
     const struct atlas *atlas = &build->atlas;
     const size_t vertices = (size_t)atlas->mean.vertex_count, n = vertices * ATLAS_PROFILE_SAMPLES;
     float mean, deviation;

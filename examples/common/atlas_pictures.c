@@ -8,12 +8,33 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct shape_view shape_view_make(const float *shape, int vertices, int width, int height)
+/* The sum of all triangles' normals times their areas over that of the areas: nothing where the surface is closed. */
+static void mean_normal(const struct atlas_mesh *mesh, float mean[3])
 {
+    float area = 0.0f;
+    memset(mean, 0, 3 * sizeof *mean);
+    for (int t = 0; t < mesh->triangle_count; ++t) {
+        float corners[9], normal[3];
+        for (int k = 0; k < 3; ++k) {
+            memcpy(corners + 3 * k, mesh->positions + 3 * mesh->triangles[3 * t + k], 3 * sizeof *corners);
+        }
+        const float a = vec3_triangle_normal(corners, normal);
+        vec3_add_scaled(mean, a, normal, mean);
+        area += a;
+    }
+    for (int k = 0; k < 3; ++k) {
+        mean[k] /= fmaxf(area, 1e-20f);
+    }
+}
+
+struct shape_view shape_view_make(const struct atlas_mesh *mesh, int width, int height)
+{
+    const float *shape = mesh->positions;
+    const int vertices = mesh->vertex_count;
     const struct shape_view none = {.width = width, .height = height};
     struct shape_view view = none;
     double center[3], radius, spread[9] = {0}, extents[3];
-    float axis[3][3], direction[3] = {0.0f, 0.0f, 0.0f};
+    float axis[3][3], outward[3], direction[3] = {0.0f, 0.0f, 0.0f};
     shape_size(shape, (size_t)vertices, center, &radius);
     for (int v = 0; v < vertices; ++v) {
         for (int r = 0; r < 3; ++r) {
@@ -25,13 +46,14 @@ struct shape_view shape_view_make(const float *shape, int vertices, int width, i
     if (LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', 3, spread, 3, extents) != 0) {
         return view;
     }
+    mean_normal(mesh, outward);
     for (int k = 0; k < 3; ++k) { /* thinnest first; the larger component positive, so that a sign does not turn the picture */
         int largest = 0;
         for (int r = 0; r < 3; ++r) {
             axis[k][r] = (float)spread[3 * r + k];
             largest = fabsf(axis[k][r]) > fabsf(axis[k][largest]) ? r : largest;
         }
-        const float sign = axis[k][largest] < 0.0f ? -1.0f : 1.0f;
+        const float out = vec3_dot(axis[k], outward), sign = (fabsf(out) > 0.1f ? out : axis[k][largest]) < 0.0f ? -1.0f : 1.0f;
         for (int r = 0; r < 3; ++r) {
             axis[k][r] *= sign;
         }
@@ -89,7 +111,8 @@ bool shape_picture(const struct atlas_mesh *mesh, const float *shape, const floa
 bool pictures_write(struct image *pictures, const char *const *captions, int count, int columns, const char *path)
 {
     struct image strip = {0, 0, NULL};
-    const bool good = image_strip(pictures, captions, count, columns, color_rgb(1.0f, 1.0f, 1.0f), &strip) && image_write_png(&strip, path);
+    const bool good =
+        image_strip(pictures, captions, count, columns, color_rgb(1.0f, 1.0f, 1.0f), &strip) && image_write_png(&strip, path);
     for (int i = 0; i < count; ++i) {
         image_free(&pictures[i]);
     }

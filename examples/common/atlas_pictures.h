@@ -5,13 +5,13 @@
 #include "atlas.h"
 #include "raycast.h"
 
-/* One look for all: across the widest extent of a shape, a little from above and from the side. */
+/* One look for all: across the widest extent of a shape, a little from above and from the side; open ones from outside. */
 struct shape_view {
     struct raycast_camera camera;
     int width, height; /* of one picture */
 };
 
-struct shape_view shape_view_make(const float *shape, int vertices, int width, int height);
+struct shape_view shape_view_make(const struct atlas_mesh *mesh, int width, int height);
 
 /* Colours a vertex; 3 floats each. */
 void colors_by_offset(const struct atlas_mesh *from, const float *to, float full, float *colors); /* outward red, inward blue */

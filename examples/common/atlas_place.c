@@ -182,7 +182,8 @@ static int search(const struct atlas_view *view, const int *few, int count, cons
             trial.pose.scale = scales[t % SCALES];
             for (int r = 0; r < 3; ++r) {
                 const double *row = trial.pose.rotation[r];
-                trial.pose.translation[r] = (double)middle[r] - trial.pose.scale * (row[0] * center[0] + row[1] * center[1] + row[2] * center[2]);
+                trial.pose.translation[r] =
+                    (double)middle[r] - trial.pose.scale * (row[0] * center[0] + row[1] * center[1] + row[2] * center[2]);
             }
             trial.cost = atlas_surface_cost(view, &trial.pose, few, count, normals, spacing_of(view, 0));
             local = trial.cost < local.cost ? trial : local;

@@ -117,8 +117,8 @@ static bool report(const struct atlas_build *build, const char *path)
 
 /* ---- pictures and meshes ---- */
 
-static bool write_mesh(const char *folder, const char *name, const struct atlas_mesh *mesh, const float *shape, const float *colors)
-{
+static bool write_mesh(const char *folder, const char *name, const struct atlas_mesh *mesh, const float *shape,
+                       const float *colors) {
     char path[1024], error[MESH_TEXT];
     const struct mesh_ply ply = {.positions = shape, .vertex_count = (size_t)mesh->vertex_count,
                                  .indices = (const uint32_t *)(const void *)mesh->triangles,
@@ -139,7 +139,7 @@ static bool draw_modes(const struct atlas_build *build, const char *folder)
     const char *list[3 * DRAWN_MODES];
     const size_t coordinates = 3 * (size_t)mean->vertex_count;
     float *shape = malloc(coordinates * sizeof *shape), *colors = malloc(coordinates * sizeof *colors);
-    const struct shape_view view = shape_view_make(mean->positions, mean->vertex_count, 340, 300);
+    const struct shape_view view = shape_view_make(mean, 340, 300);
     bool good = (shape && colors) || atlas_no_memory();
     for (int m = 0; good && m < modes; ++m) {
         const float full = (float)(3.0 * atlas->model.deviation[m] / sqrt((double)mean->vertex_count));
@@ -167,7 +167,7 @@ static bool draw_subjects(const struct atlas_build *build, const char *folder)
 {
     const struct atlas_mesh *mean = &build->atlas.mean;
     const int count = build->settings.count < DRAWN_SUBJECTS ? build->settings.count : DRAWN_SUBJECTS;
-    const struct shape_view view = shape_view_make(mean->positions, mean->vertex_count, 300, 270);
+    const struct shape_view view = shape_view_make(mean, 300, 270);
     struct image pictures[DRAWN_SUBJECTS + 1] = {{0, 0, NULL}};
     const char *captions[DRAWN_SUBJECTS + 1];
     char path[1024];
@@ -197,7 +197,8 @@ static bool draw_curves(const struct atlas_build *build, const char *folder)
     }
     for (int p = 0; good && p < 3; ++p) {
         const struct plot_series series = {.x = x, .y = values[p], .count = (size_t)curves->modes, .style = p, .marks = true};
-        const struct plot plot = {.title = titles[p], .x_label = "modes", .y_from_zero = true, .series = &series, .series_count = 1};
+        const struct plot plot = {
+            .title = titles[p], .x_label = "modes", .y_from_zero = true, .series = &series, .series_count = 1};
         good = plot_render(&plot, 420, 320, &pictures[p]) || atlas_no_memory();
     }
     free(x);

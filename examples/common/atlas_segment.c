@@ -45,7 +45,8 @@ static bool create_cubes(const struct atlas_segment *run, float leash, struct vo
     for (int a = 0; a < 3; ++a) {
         longest = fmaxf(longest, hi[a] - lo[a]);
     }
-    const float side = fmaxf(cbrtf(spacing[0] * spacing[1] * spacing[2]), longest / (float)MOST_CELLS), margin = leash + 4.0f * side;
+    const float side = fmaxf(cbrtf(spacing[0] * spacing[1] * spacing[2]), longest / (float)MOST_CELLS),
+                margin = leash + 4.0f * side;
     const float sides[3] = {side, side, side};
     for (int a = 0; a < 3; ++a) {
         lo[a] -= margin;
@@ -105,7 +106,8 @@ static bool field_create(const struct atlas_segment *run, struct field *field)
         }
     }
     field->gvf_weight = (float)run->settings.gvf;
-    good = good && (run->settings.gvf <= 0.0 || gvf_compute(cubes, 0, gvf_mu, cubes->spacing[0], &field->flow) || atlas_no_memory());
+    good = good &&
+           (run->settings.gvf <= 0.0 || gvf_compute(cubes, 0, gvf_mu, cubes->spacing[0], &field->flow) || atlas_no_memory());
     target_free(&shape);
     return good;
 }
@@ -149,7 +151,8 @@ static bool settle(struct atlas_segment *run, struct field *field)
 {
     const struct atlas_segment_settings *set = &run->settings;
     springls_forces forces = {.curvature_weight = (float)set->curvature, .integrator = SPRINGLS_EULER, .user = field};
-    const springls_step_desc step = {.forces = &forces, .mode = SPRINGLS_FLUID, .dt = speed, .max_displacement = 0.75f, .stop_at_topology = true};
+    const springls_step_desc step = {
+        .forces = &forces, .mode = SPRINGLS_FLUID, .dt = speed, .max_displacement = 0.75f, .stop_at_topology = true};
     struct segment_watch watch;
     struct progress bar;
     float moving = 1.0f;
@@ -247,8 +250,11 @@ static bool fill_mask(const struct volume *grid, const springls_params *params, 
     desc.params = params;
     const size_t row = (size_t)grid->dims[0];
     float *points = malloc(3 * row * sizeof *points);
-    bool good = (points || atlas_no_memory()) && (springls_create(&desc, &ctx) == SPRINGLS_OK || atlas_fail("no grid of this size"))
-             && atlas_check(ctx, springls_set_mesh(ctx, mesh->positions, mesh->vertex_count, 0, mesh->triangles, mesh->triangle_count, NULL), "mask");
+    bool good =
+        (points || atlas_no_memory()) && (springls_create(&desc, &ctx) == SPRINGLS_OK || atlas_fail("no grid of this size")) &&
+        atlas_check(ctx,
+                    springls_set_mesh(ctx, mesh->positions, mesh->vertex_count, 0, mesh->triangles, mesh->triangle_count, NULL),
+                    "mask");
     for (int k = 0; good && k < grid->dims[2]; ++k) {
         for (int j = 0; good && j < grid->dims[1]; ++j) {
             for (int i = 0; i < grid->dims[0]; ++i) {

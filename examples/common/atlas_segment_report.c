@@ -24,7 +24,8 @@ static void print_summary(const struct atlas_segment *run)
         }
         putchar('\n');
     }
-    printf("%s after %d steps, %d springls\n", run->at_rest ? "springls at rest" : "step limit reached", run->steps, run->springls);
+    printf("%s after %d steps, %d springls\n", run->at_rest ? "springls at rest" : "step limit reached", run->steps,
+           run->springls);
 }
 
 static bool report(const struct atlas_segment *run, const char *path)
@@ -77,7 +78,7 @@ static bool report(const struct atlas_segment *run, const char *path)
 static bool draw_stages(const struct atlas_segment *run, const char *folder)
 {
     const struct atlas_mesh *last = &run->stages[ATLAS_STAGES - 1];
-    const struct shape_view view = shape_view_make(last->positions, last->vertex_count, 360, 320);
+    const struct shape_view view = shape_view_make(last, 360, 320);
     struct image pictures[ATLAS_STAGES + 1] = {{0, 0, NULL}};
     const char *captions[ATLAS_STAGES + 1];
     char path[1024];
@@ -91,7 +92,8 @@ static bool draw_stages(const struct atlas_segment *run, const char *folder)
             colors_by_region(regions, mesh->vertex_count, colors);
         }
         captions[s] = s < ATLAS_STAGES ? run->results[s].name : "reference";
-        good = (colors && shape_picture(mesh, mesh->positions, regions ? colors : NULL, NULL, &view, &pictures[s])) || atlas_no_memory();
+        good = (colors && shape_picture(mesh, mesh->positions, regions ? colors : NULL, NULL, &view, &pictures[s])) ||
+               atlas_no_memory();
         free(colors);
     }
     run_path(folder, "stages.png", path, sizeof path);
@@ -108,14 +110,16 @@ static bool write_labels(const struct atlas_segment *run, const uint8_t *mask, c
     struct target target;
     char path[1024], error[VOLUME_TEXT];
     int16_t *labels = calloc(voxels, sizeof *labels);
-    if (!labels || !target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &target)) {
+    if (!labels ||
+        !target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &target)) {
         free(labels);
         return atlas_no_memory();
     }
     for (size_t n = 0; n < voxels; ++n) {
         if (mask[n]) {
             const size_t row = n / (size_t)image->dims[0];
-            const float index[3] = {(float)(n % (size_t)image->dims[0]), (float)(row % (size_t)image->dims[1]), (float)(row / (size_t)image->dims[1])};
+            const float index[3] = {(float)(n % (size_t)image->dims[0]), (float)(row % (size_t)image->dims[1]),
+                                    (float)(row / (size_t)image->dims[1])};
             float place[3];
             struct target_hit hit;
             volume_index_to_world(image, index, place);
@@ -205,7 +209,8 @@ bool atlas_segment_output(const struct atlas_segment *run)
     }
     if (common->out) {
         run_path(common->out, "report.json", path, sizeof path);
-        if (!write_surface(run, common->out) || !draw_stages(run, common->out) || !write_volumes(run, common->out) || !report(run, path)) {
+        if (!write_surface(run, common->out) || !draw_stages(run, common->out) || !write_volumes(run, common->out) ||
+            !report(run, path)) {
             return false;
         }
     }

@@ -118,7 +118,8 @@ static bool crop(const struct volume *from, const int lo[3], const int dims[3], 
         for (int j = lo[1]; j < lo[1] + dims[1]; ++j) {
             for (int i = lo[0]; i < lo[0] + dims[0]; ++i, ++out) {
                 const bool in = i >= 0 && j >= 0 && k >= 0 && i < from->dims[0] && j < from->dims[1] && k < from->dims[2];
-                *out = in ? from->data[(size_t)i + (size_t)from->dims[0] * ((size_t)j + (size_t)from->dims[1] * (size_t)k)] : 0.0f;
+                *out =
+                    in ? from->data[(size_t)i + (size_t)from->dims[0] * ((size_t)j + (size_t)from->dims[1] * (size_t)k)] : 0.0f;
             }
         }
     }
@@ -203,7 +204,8 @@ int atlas_label_at(const struct volume *labels, const float place[3])
             return 0;
         }
     }
-    return (int)lrintf(labels->data[(size_t)at[0] + (size_t)labels->dims[0] * ((size_t)at[1] + (size_t)labels->dims[1] * (size_t)at[2])]);
+    return (int)lrintf(
+        labels->data[(size_t)at[0] + (size_t)labels->dims[0] * ((size_t)at[1] + (size_t)labels->dims[1] * (size_t)at[2])]);
 }
 
 /* ---- mirror images ---- */
@@ -231,8 +233,8 @@ static void mirror_mesh(struct atlas_mesh *mesh, float about)
     }
 }
 
-bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part, struct atlas_mesh *mesh)
-{
+bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part,
+                         struct atlas_mesh *mesh) {
     struct volume all;
     char error[VOLUME_TEXT];
     if (!volume_read(path, 0, &all, error)) {
@@ -308,7 +310,8 @@ static bool read_label_map(const char *path, const int *labels, int count, const
     if (!volume_read(path, 0, &all, error)) {
         return atlas_fail("%s", error);
     }
-    const float middle_index[3] = {0.5f * (float)(all.dims[0] - 1), 0.5f * (float)(all.dims[1] - 1), 0.5f * (float)(all.dims[2] - 1)};
+    const float middle_index[3] = {0.5f * (float)(all.dims[0] - 1), 0.5f * (float)(all.dims[1] - 1),
+                                   0.5f * (float)(all.dims[2] - 1)};
     float middle[3];
     volume_index_to_world(&all, middle_index, middle);
     bool good = crop_labels(&all, labels, count, subject->name, &subject->labels)
@@ -367,9 +370,10 @@ bool atlas_subject_read(const char *name, const char *images, const char *landma
     }
     const bool good = is_mesh ? read_mesh(path, mirror, subject) : read_label_map(path, labels, count, images, mirror, subject);
     const struct atlas_mesh *mesh = &subject->mesh;
-    return good && (!landmarks || read_landmarks(landmarks, path, subject))
-        && (target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count, &subject->target)
-            || atlas_fail("%s: no triangle has an area, or memory is short", name));
+    return good && (!landmarks || read_landmarks(landmarks, path, subject)) &&
+           (target_create(mesh->positions, (size_t)mesh->vertex_count, mesh->triangles, (size_t)mesh->triangle_count,
+                          &subject->target) ||
+            atlas_fail("%s: no triangle has an area, or memory is short", name));
 }
 
 void atlas_subject_free(struct atlas_subject *subject)

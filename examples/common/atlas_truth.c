@@ -23,8 +23,8 @@ static void spot_place(const struct atlas_mesh *mesh, const float *positions, co
     }
 }
 
-static void find_spot(const struct bvh *bvh, const struct atlas_mesh *mesh, const float *positions, const float point[3], struct spot *spot)
-{
+static void find_spot(const struct bvh *bvh, const struct atlas_mesh *mesh, const float *positions, const float point[3],
+                      struct spot *spot) {
     float closest[3] = {0.0f, 0.0f, 0.0f};
     bvh_distance(bvh, point, closest, &spot->triangle);
     const int *corner = mesh->triangles + 3 * (size_t)spot->triangle;
@@ -37,8 +37,9 @@ bool atlas_same_triangles(const struct atlas_build *build)
     bool same = build->settings.count > 1;
     for (int s = 0; same && s < build->settings.count; ++s) {
         const struct atlas_mesh *mesh = &build->subjects[s].mesh;
-        same = !build->subjects[s].oriented && mesh->vertex_count == first->vertex_count && mesh->triangle_count == first->triangle_count
-            && memcmp(mesh->triangles, first->triangles, 3 * (size_t)mesh->triangle_count * sizeof *mesh->triangles) == 0;
+        same = !build->subjects[s].oriented && mesh->vertex_count == first->vertex_count &&
+               mesh->triangle_count == first->triangle_count &&
+               memcmp(mesh->triangles, first->triangles, 3 * (size_t)mesh->triangle_count * sizeof *mesh->triangles) == 0;
     }
     return same;
 }
@@ -125,9 +126,8 @@ static double mean_of(const double *values, size_t count)
     return sum / (double)count;
 }
 
-static void summarise(const struct atlas_build *build, const struct spot *spots, const struct spot *own, int vertices, double *errors,
-                      struct atlas_truth *truth)
-{
+static void summarise(const struct atlas_build *build, const struct spot *spots, const struct spot *own, int vertices,
+                      double *errors, struct atlas_truth *truth) {
     const int count = build->settings.count;
     size_t n = 0;
     for (int to = 0; to < count; ++to) {

@@ -112,7 +112,8 @@ bool similarity_fit(const float *from, const float *to, const double *weights, s
             }
         }
     }
-    if (used < 3 || !(spread > 0.0) || LAPACKE_dgesvd(LAPACK_ROW_MAJOR, 'A', 'A', 3, 3, cross, 3, singular, u, 3, vt, 3, rest) != 0) {
+    if (used < 3 || !(spread > 0.0) ||
+        LAPACKE_dgesvd(LAPACK_ROW_MAJOR, 'A', 'A', 3, 3, cross, 3, singular, u, 3, vt, 3, rest) != 0) {
         return false;
     }
     const double sign[3] = {1.0, 1.0, determinant(u) * determinant(vt) < 0.0 ? -1.0 : 1.0}; /* no mirror images */

@@ -104,8 +104,8 @@ static bool measure(struct target *target)
     return target->radius > 0.0;
 }
 
-bool target_create(const float *positions, size_t vertex_count, const int *triangles, size_t triangle_count, struct target *target)
-{
+bool target_create(const float *positions, size_t vertex_count, const int *triangles, size_t triangle_count,
+                   struct target *target) {
     memset(target, 0, sizeof *target);
     target->positions = positions;
     target->triangles = triangles;
@@ -528,9 +528,8 @@ static int keep_different(struct attempt *attempts, int count, int most)
 }
 
 /* Where to begin: the landmarks' own pose, or middle on middle in the same size with `tries` rotations. */
-static int first_attempts(const struct target *target, const struct cast *few, enum orientation orientation, const float *landmarks,
-                          const double center[3], struct attempt *attempts)
-{
+static int first_attempts(const struct target *target, const struct cast *few, enum orientation orientation,
+                          const float *landmarks, const double center[3], struct attempt *attempts) {
     if (orientation == ORIENTATION_MARKED) {
         return similarity_fit(few->landmarks, landmarks, NULL, (size_t)few->landmark_count, true, &attempts[0].pose) ? 1 : 0;
     }

@@ -27,7 +27,8 @@ struct target_hit {
 };
 
 /* False: memory is short, or no triangle has an area. */
-bool target_create(const float *positions, size_t vertex_count, const int *triangles, size_t triangle_count, struct target *target);
+bool target_create(const float *positions, size_t vertex_count, const int *triangles, size_t triangle_count,
+                   struct target *target);
 void target_free(struct target *target);
 void target_nearest(const struct target *target, const struct similarity *pose, const float point[3], struct target_hit *hit);
 
