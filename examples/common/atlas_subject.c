@@ -293,7 +293,7 @@ static bool is_file(const char *path)
 
 static bool read_image(const char *folder, const char *path, struct atlas_subject *subject)
 {
-    char image[1024], error[VOLUME_TEXT];
+    char image[4096], error[VOLUME_TEXT];
     const char *slash = strrchr(path, '/');
     snprintf(image, sizeof image, "%s/%s", folder, slash ? slash + 1 : path);
     if (is_file(folder)) {
@@ -332,7 +332,7 @@ static bool read_label_map(const char *path, const int *labels, int count, const
 /* FOLDER/NAME.csv of .../NAME.anything: lines x,y,z. */
 static bool read_landmarks(const char *folder, const char *path, struct atlas_subject *subject)
 {
-    char name[1024], line[256];
+    char name[4096], line[256];
     const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
     snprintf(name, sizeof name, "%s/%.*s.csv", folder, (int)strcspn(base, "."), base);
     FILE *file = fopen(name, "r");
