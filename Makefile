@@ -26,14 +26,16 @@ TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENM
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
-EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -lm -pthread
+EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -llapacke -lcjson -lm -pthread
 TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
 KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
-ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,benchmark*.c model_*.c run_options.c segment*.c)))
+ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c run_options.c segment*.c)))
+# What of that the atlas does without.
+NOT_ATLAS    := $(filter-out $(addprefix examples/common/,atlas%.c run_options.c segment_model.c),$(ON_SPRINGLS))
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
@@ -118,12 +120,13 @@ demo: deps-demo   ## from nothing to results: set-up, build, two programs run in
 
 # ---- tests ----
 
-# Tests of examples/common are compiled together with it, so that the sanitizers see its code too. Where its libraries
+# Tests of examples/common are compiled together with it, so that the sanitizers see its code too; that of the atlas
+# holds the library for all its files. Where its libraries
 # cannot be had these tests skip themselves.
 ifeq ($(WITH_LIBRARIES),1)
 $(TEST_DIR)/test_examples_%: tests/test_examples_%.c springls.h $(TEST_DIR)/settings $(wildcard examples/common/*.[ch])
 	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -DTEST_EXAMPLES_COMMON -o $@ $< \
-	  $(filter-out $(ON_SPRINGLS),$(wildcard examples/common/*.c)) \
+	  $(filter-out $(if $(findstring test_examples_atlas,$@),$(NOT_ATLAS),$(ON_SPRINGLS)),$(wildcard examples/common/*.c)) \
 	  $(EXAMPLE_LIBS)
 endif
 

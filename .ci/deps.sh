@@ -51,7 +51,9 @@ for group; do
             nifti/nifti2_io.h libnifti2-dev
             teem/nrrd.h libteem-dev
             zlib.h zlib1g-dev
-            assimp/cimport.h libassimp-dev"
+            assimp/cimport.h libassimp-dev
+            lapacke.h liblapacke-dev
+            cjson/cJSON.h libcjson-dev"
         need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
         if [ "$group" = bench ]; then
             need_command "${CXX%% *}" "$(compiler_package "$CXX")"
