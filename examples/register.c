@@ -297,7 +297,7 @@ static bool measure(struct run *run)
 
 /* ---- output ---- */
 
-enum { PICTURES = 6, TILES = 6, LINES = 5 };
+enum { PICTURES = 6, TILES = 6 };
 
 static bool paint(const struct run *run, float *data, const char *title, float high, struct image *picture)
 {
@@ -309,47 +309,35 @@ static bool paint(const struct run *run, float *data, const char *title, float h
     return slices_render(&view, picture);
 }
 
-/* Left before, right after: a checkerboard of both images, their difference; then fixed image and a grid that the field bends. */
+/* Left before, right after: a checkerboard of both images, their difference; then fixed image and Jacobian. */
 static bool draw(const struct run *run, const char *path)
 {
     const char *const titles[PICTURES] = {"checkerboard before", "checkerboard after", "difference before", "difference after",
-                                          "fixed image", "a regular grid of the moving image, seen through the field"};
+                                          "fixed image", "Jacobian, 0 to 2"};
+    static const float whites[PICTURES] = {1.0f, 1.0f, 0.5f, 0.5f, 1.0f, 2.0f};
     struct register_window fixed, moving;
-    struct volume lines;
     struct image pictures[PICTURES], all;
     const int *dims = run->fixed.dims;
+    const int tile = (dims[0] > dims[1] ? dims[0] : dims[1]) / TILES + 1;
     float *data = malloc(volume_voxels(&run->fixed) * sizeof *data);
     int done = 0;
-    bool good = data && volume_create_padded(&run->moving, 0, &lines);
-    if (!good) {
-        free(data);
-        return no_memory();
-    }
+    bool good = data != NULL;
     windows(run, &fixed, &moving);
-    for (size_t n = 0; n < volume_voxels(&lines); ++n) {
-        const size_t row = (size_t)lines.dims[0], slice = row * (size_t)lines.dims[1];
-        lines.data[n] = n % row % LINES == 0 || n % slice / row % LINES == 0 || n / slice % LINES == 0 ? 1.0f : 0.0f;
-    }
-    for (; good && done < PICTURES; ++done) {
+    for (; good && done < PICTURES; done += good) {
         const float *moved = done % 2 ? run->warped : run->unmoved;
-        const int tile = (dims[0] > dims[1] ? dims[0] : dims[1]) / TILES + 1;
-        if (done == 5) {
-            field_warp(&run->forward, &lines, 0.0f, data);
-        }
-        for (size_t n = 0; n < volume_voxels(&run->fixed) && done < 5; ++n) {
+        for (size_t n = 0; n < volume_voxels(&run->fixed); ++n) {
             const int i = (int)(n % (size_t)dims[0]), j = (int)(n / (size_t)dims[0]) % dims[1];
             const int k = (int)(n / ((size_t)dims[0] * (size_t)dims[1]));
             const float f = normalised(run->fixed.data[n], fixed), m = normalised(moved[n], moving);
-            data[n] = done >= 4 ? f : done >= 2 ? fabsf(f - m) : (i / tile + j / tile + k / tile) % 2 ? f : m;
+            const float checker = (i / tile + j / tile + k / tile) % 2 ? f : m;
+            data[n] = done < 2 ? checker : done < 4 ? fabsf(f - m) : done == 4 ? f : run->jacobian[n];
         }
-        good = paint(run, data, titles[done], done == 2 || done == 3 ? 0.5f : 1.0f, &pictures[done]);
+        good = paint(run, data, titles[done], whites[done], &pictures[done]);
     }
-    volume_free(&lines);
     free(data);
-    done -= !good;
     good = good && image_strip(pictures, NULL, PICTURES, 2, color_rgb(1.0f, 1.0f, 1.0f), &all);
-    for (int i = 0; i < done; ++i) {
-        image_free(&pictures[i]);
+    while (done > 0) {
+        image_free(&pictures[--done]);
     }
     if (!good) {
         return no_memory();
