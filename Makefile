@@ -26,14 +26,14 @@ TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENM
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
-EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -llapacke -lnifti2 -lznz -lz -lm -pthread
+EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lz -llapacke -lcjson -lm -pthread
 TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
 KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
-ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,benchmark*.c model_*.c run_options.c segment*.c)))
+ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c run_options.c segment*.c track*.c)))
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)

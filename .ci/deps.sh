@@ -37,8 +37,9 @@ for group; do
             stb/stb_image_write.h libstb-dev
             nifti/nifti2_io.h libnifti2-dev
             zlib.h zlib1g-dev
+            assimp/cimport.h libassimp-dev
             lapacke.h liblapacke-dev
-            assimp/cimport.h libassimp-dev"
+            cjson/cJSON.h libcjson-dev"
         need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
         if [ "$group" = bench ]; then
             need_command "${CXX%% *}" "$(compiler_package "$CXX")"
