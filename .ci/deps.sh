@@ -36,6 +36,7 @@ for group; do
         headers="$headers
             stb/stb_image_write.h libstb-dev
             nifti/nifti2_io.h libnifti2-dev
+            teem/nrrd.h libteem-dev
             zlib.h zlib1g-dev
             assimp/cimport.h libassimp-dev
             lapacke.h liblapacke-dev
