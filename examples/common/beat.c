@@ -41,7 +41,7 @@ static void along(const double a[3], double h, const double b[3], double out[3])
 
 void beat_flow(const struct beat *beat, double s, const double x[3], double there[3])
 {
-    enum { STEPS = 32 };
+    enum { STEPS = 12 };
     const double h = s / STEPS;
     double y[3] = {x[0], x[1], x[2]}, k[4][3], at[3];
     for (int n = 0; n < STEPS; ++n) {

@@ -20,7 +20,7 @@ struct beat beat_of(const double center[3], double radius);
 /* 0 at the first of `frames` frames, 1 half way, then back: sin^2. */
 double beat_phase(int frame, int frames);
 
-/* Where x is after the time s, which may be negative: back. Runge-Kutta in double precision, exact to 1e-6 mm. */
+/* Where x is after the time s, which may be negative: back. Runge-Kutta in double precision, exact to 1e-5 mm. */
 void beat_flow(const struct beat *beat, double s, const double x[3], double there[3]);
 
 /* The same for field_sample of field.h. */

@@ -5,7 +5,8 @@
  * of the moving one; so warped(x) = moving(x + u(x)) looks like the fixed image. That is also ITK's and elastix's direction.
  *
  * Files are NIfTI as ITK writes them: 5 dimensions (nx, ny, nz, 1, 3), intent code 1007 (vector), components in mm along
- * ITK's LPS+ axes (x left, y posterior, z superior): the first two have the other sign than in RAS+. */
+ * ITK's LPS+ axes (x left, y posterior, z superior): the first two have the other sign than in RAS+.
+ * NRRD and MetaImage files of three components are read too. */
 #ifndef EXAMPLES_COMMON_FIELD_H
 #define EXAMPLES_COMMON_FIELD_H
 

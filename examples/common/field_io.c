@@ -23,13 +23,13 @@ static bool say(char error[VOLUME_TEXT], const char *path, const char *text)
 static const char *fault(const struct volume *first)
 {
     const nifti_image *header = first->header;
-    if (!header) {
-        return "displacement fields are read from NIfTI files only";
+    if (!header && first->frame_count != 3) { /* NRRD and MetaImage: a vector's parts count as frames */
+        return "no displacement field: it has no three components";
     }
-    if (header->dim[0] != 5 || header->dim[4] != 1 || header->dim[5] != 3) {
+    if (header && (header->dim[0] != 5 || header->dim[4] != 1 || header->dim[5] != 3)) {
         return "no displacement field: the dimensions are not (nx, ny, nz, 1, 3)";
     }
-    if (header->intent_code != NIFTI_INTENT_VECTOR && header->intent_code != NIFTI_INTENT_DISPVECT) {
+    if (header && header->intent_code != NIFTI_INTENT_VECTOR && header->intent_code != NIFTI_INTENT_DISPVECT) {
         return "no displacement field: the intent is neither vector (1007) nor displacement (1006)";
     }
     return first->replaced > 0 ? "a displacement is not finite" : NULL;

@@ -544,6 +544,24 @@ bool register_images(const struct volume *fixed, const struct volume *moving, co
     return good;
 }
 
+bool registration_part(const struct registration *registration, int parts, struct registration *part)
+{
+    const size_t count = 3 * volume_voxels(&registration->grid);
+    memset(part, 0, sizeof *part);
+    register_identity(part->affine);
+    register_identity(part->affine_inverse);
+    part->velocity = malloc(count * sizeof *part->velocity);
+    bool good = part->velocity && level_grid(&registration->grid, registration->grid.spacing[0], &part->grid);
+    for (size_t n = 0; good && n < count; ++n) {
+        part->velocity[n] = registration->velocity[n] / (float)parts;
+    }
+    good = good && exponentiate(part);
+    if (!good) {
+        registration_free(part);
+    }
+    return good;
+}
+
 void registration_free(struct registration *registration)
 {
     volume_free(&registration->grid);

@@ -56,6 +56,10 @@ bool register_images(const struct volume *fixed, const struct volume *moving, co
                      const struct registration *start, struct registration *result, char error[VOLUME_TEXT]);
 void registration_free(struct registration *registration);
 
+/* The map that takes points one of `parts` equal steps of the way: applied that often it is the whole one. Only for a
+ * registration without an affine map; *part is freed like any other. False: memory is short. */
+bool registration_part(const struct registration *registration, int parts, struct registration *part);
+
 /* The map and its inverse, for field_sample. */
 void registration_map(const void *registration, const float *points, size_t count, float *mapped);
 void registration_map_back(const void *registration, const float *points, size_t count, float *mapped);

@@ -1,0 +1,269 @@
+/* track_input.c - images, labels, landmarks and the reference's surface, for track.h. */
+#include "track.h"
+
+#include "points.h"
+#include "run_options.h"
+#include "segment_image.h"
+#include "segment_model.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MARGIN = 5 }; /* voxels of the model's grid around the image */
+static const float noise = 0.005f; /* deviation of the noise in a made sequence, parts of the image's range */
+
+/* ---- frames ---- */
+
+struct beat_time track_beat(const struct track *track, int frame)
+{
+    const struct beat_time t = {&track->beat, beat_phase(frame, track->settings.beat)};
+    return t;
+}
+
+/* The map from a frame of a made motion back to the reference, on the reference's grid. */
+static bool way_back(const struct track *track, int frame, struct field *back)
+{
+    struct beat_time t = track_beat(track, frame);
+    t.s = -t.s;
+    if (!field_create(&track->image, back)) {
+        return false;
+    }
+    field_sample(beat_map, &t, back);
+    return true;
+}
+
+/* Twelve random numbers make a normal one. */
+static void add_noise(struct volume *image, float deviation, uint32_t seed)
+{
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        float sum = -6.0f;
+        for (int i = 0; i < 12; ++i) {
+            seed = seed * 1664525u + 1013904223u;
+            sum += (float)(seed >> 8) / 16777216.0f;
+        }
+        image->data[n] += deviation * sum;
+    }
+}
+
+bool track_frame_image(const struct track *track, int frame, struct volume *image)
+{
+    char error[VOLUME_TEXT];
+    struct register_window window = {0.0f, 1.0f};
+    struct field back;
+    if (track->settings.beat == 0) {
+        return volume_read(track->settings.image, frame, image, error) || track_fail("%s", error);
+    }
+    if (!volume_create_padded(&track->image, 0, image) || !way_back(track, frame, &back)) {
+        return track_no_memory();
+    }
+    register_window_of(&track->image, &window);
+    field_warp(&back, &track->image, track->image.minimum, image->data);
+    field_free(&back);
+    add_noise(image, noise * (window.high - window.low), 1u + (uint32_t)frame);
+    image->minimum = window.low;
+    image->maximum = window.high;
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        image->minimum = fminf(image->minimum, image->data[n]);
+        image->maximum = fmaxf(image->maximum, image->data[n]);
+    }
+    return true;
+}
+
+static bool mask_of(const struct track *track, const struct volume *labels, float **mask)
+{
+    const size_t total = volume_voxels(labels);
+    unsigned char *inside = malloc(total);
+    *mask = malloc(total * sizeof **mask);
+    if (!inside || !*mask) {
+        free(inside);
+        return track_no_memory();
+    }
+    const int label = track->settings.label;
+    if (segment_mask(labels, &label, label >= 0, inside) == 0) {
+        free(inside);
+        return track_fail("%s: no voxel has the label", track->settings.labels);
+    }
+    for (size_t n = 0; n < total; ++n) {
+        (*mask)[n] = inside[n];
+    }
+    free(inside);
+    return true;
+}
+
+bool track_frame_mask(const struct track *track, int frame, float **mask)
+{
+    char error[VOLUME_TEXT];
+    *mask = NULL;
+    if (track->settings.beat > 0) {
+        struct volume reference = track->image;
+        struct field back;
+        reference.data = track->mask;
+        *mask = malloc(volume_voxels(&reference) * sizeof **mask);
+        if (!*mask || !way_back(track, frame, &back)) {
+            return track_no_memory();
+        }
+        field_warp_labels(&back, &reference, *mask);
+        field_free(&back);
+        return true;
+    }
+    if (track->labelled == 1 && frame != track->settings.reference) {
+        return true;
+    }
+    struct volume labels;
+    if (!volume_read(track->settings.labels, track->labelled == 1 ? 0 : frame, &labels, error)) {
+        return track_fail("%s", error);
+    }
+    const bool good = (volume_same_grid(&labels, &track->image) || track_fail("the labels do not lie on the image's grid"))
+                      && mask_of(track, &labels, mask);
+    volume_free(&labels);
+    return good;
+}
+
+/* ---- the reference ---- */
+
+/* Centre and root mean square radius of the label, mm. */
+static struct beat make_beat(const struct track *track)
+{
+    double sum[3] = {0.0, 0.0, 0.0}, square = 0.0, number = 0.0;
+    const size_t row = (size_t)track->image.dims[0], slice = row * (size_t)track->image.dims[1];
+    for (size_t n = 0; n < volume_voxels(&track->image); ++n) {
+        const float index[3] = {(float)(n % row), (float)(n % slice / row), (float)(n / slice)};
+        float x[3];
+        if (track->mask[n] > 0.0f) {
+            volume_index_to_world(&track->image, index, x);
+            for (int a = 0; a < 3; ++a) {
+                sum[a] += (double)x[a];
+                square += (double)x[a] * (double)x[a];
+            }
+            number += 1.0;
+        }
+    }
+    for (int a = 0; a < 3; ++a) {
+        sum[a] /= number;
+        square -= number * sum[a] * sum[a];
+    }
+    return beat_of(sum, sqrt(square / number));
+}
+
+/* The label's surface: its mask, blurred by about a voxel, at one half. Negative inside, on the model's grid. */
+static bool make_level_set(const struct track *track)
+{
+    const size_t total = volume_voxels(&track->image);
+    float *blurred = malloc(total * sizeof *blurred);
+    bool good = blurred != NULL;
+    if (good) {
+        memcpy(blurred, track->mask, total * sizeof *blurred);
+        good = segment_blur(&track->image, 2.0f * track->grid.spacing[0], blurred);
+        segment_resample(&track->image, blurred, &track->grid, track->grid.data);
+    }
+    free(blurred);
+    for (size_t n = 0; n < volume_voxels(&track->grid); ++n) {
+        track->grid.data[n] = 0.5f - track->grid.data[n];
+    }
+    return good || track_no_memory();
+}
+
+/* Triangles that the library has left out, because they have no area, go from the mesh: then triangle i is springl i. */
+static bool drop_unused(struct track *track)
+{
+    const springls_view view = springls_view_vertices(track->ctx);
+    const int count = view.count;
+    springls_mesh *mesh = &track->mesh;
+    int kept = 0;
+    for (int t = 0; t < mesh->triangle_count && kept < count; ++t) {
+        const float *springl = (const float *)(const void *)((const char *)view.data + (size_t)kept * view.stride);
+        float corners[9];
+        for (int k = 0; k < 3; ++k) {
+            springls_to_voxel(track->ctx, mesh->positions + 3 * mesh->triangles[3 * t + k], 1, corners + 3 * k);
+        }
+        float furthest = 0.0f;
+        for (int i = 0; i < 9; ++i) {
+            furthest = fmaxf(furthest, fabsf(corners[i] - springl[i]));
+        }
+        if (furthest < 1e-3f) {
+            memmove(mesh->triangles + 3 * kept++, mesh->triangles + 3 * t, 3 * sizeof *mesh->triangles);
+        }
+    }
+    mesh->triangle_count = kept;
+    return kept == count || track_fail("the reference's mesh and its springls do not agree");
+}
+
+bool track_reference(struct track *track)
+{
+    const springls_mesh *m = &track->mesh;
+    return track_check(track->ctx, springls_set_mesh(track->ctx, m->positions, m->vertex_count, 0, m->triangles, m->triangle_count, NULL),
+                       "reference");
+}
+
+static bool make_model(struct track *track)
+{
+    const float *s = track->image.spacing;
+    const int cells = track->settings.common.grid;
+    const float longest = fmaxf(s[0] * (float)track->image.dims[0], fmaxf(s[1] * (float)track->image.dims[1], s[2] * (float)track->image.dims[2]));
+    const float side = cells > 0 ? longest / (float)cells : cbrtf(s[0] * s[1] * s[2]);
+    springls_desc desc;
+    if (!volume_create_cubes(&track->image, side, MARGIN, &track->grid)) {
+        return track_no_memory();
+    }
+    memset(&desc, 0, sizeof desc);
+    desc.grid = segment_model_grid(&track->grid);
+    desc.params = &track->params;
+    return run_create("track4d", &desc, &track->ctx) == CLI_GO_ON && make_level_set(track)
+           && track_check(track->ctx, springls_set_level_set(track->ctx, track->grid.data), "reference")
+           && track_check(track->ctx, springls_extract_mesh(track->ctx, &track->mesh), "reference") && track_reference(track)
+           && drop_unused(track);
+}
+
+static bool read_landmarks(struct track *track)
+{
+    char error[VOLUME_TEXT];
+    size_t frames = 0;
+    if (!points_read_frames(track->settings.landmarks, &track->landmarks, &track->landmark_count, &frames, error)) {
+        return track_fail("%s", error);
+    }
+    if (frames != (size_t)track->frame_count) {
+        return track_fail("%s: landmarks of %zu frames, but there are %d images", track->settings.landmarks, frames, track->frame_count);
+    }
+    track->anchors = malloc(track->landmark_count * sizeof *track->anchors);
+    if (!track->anchors) {
+        return track_no_memory();
+    }
+    const float *reference = track->landmarks + 3 * track->landmark_count * (size_t)track->settings.reference;
+    return track_check(track->ctx, springls_closest(track->ctx, reference, (int)track->landmark_count, track->anchors), "landmarks");
+}
+
+bool track_read(struct track *track)
+{
+    const struct track_settings *set = &track->settings;
+    char error[VOLUME_TEXT];
+    struct volume labels;
+    if (!volume_read(set->image, set->reference, &track->image, error) || !volume_read(set->labels, 0, &labels, error)) {
+        return track_fail("%s", error);
+    }
+    track->frame_count = set->beat > 0 ? set->beat : track->image.frame_count;
+    track->labelled = labels.frame_count;
+    volume_free(&labels);
+    if (track->frame_count < 2 || track->frame_count > TRACK_MOST_FRAMES) {
+        return track_fail("%s: a sequence wants 2 to %d images, it has %d", set->image, TRACK_MOST_FRAMES, track->frame_count);
+    }
+    if (set->reference >= track->frame_count || set->frame >= track->frame_count) {
+        return track_fail("there are frames 0 to %d only", track->frame_count - 1);
+    }
+    if (set->beat == 0 && track->labelled != 1 && track->labelled != track->frame_count) {
+        return track_fail("%s: label maps of %d frames for %d images", set->labels, track->labelled, track->frame_count);
+    }
+    track->frames = calloc((size_t)track->frame_count, sizeof *track->frames);
+    struct track first = *track; /* of a made motion the reference's mask is the file's */
+    first.settings.beat = 0;
+    if (!track->frames) {
+        return track_no_memory();
+    }
+    if (!track_frame_mask(&first, set->reference, &track->mask)) {
+        return false;
+    }
+    if (set->beat > 0) {
+        track->beat = make_beat(track);
+    }
+    return make_model(track) && (!set->landmarks || read_landmarks(track));
+}
