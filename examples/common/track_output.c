@@ -16,6 +16,7 @@
 #include <string.h>
 
 enum { MOST_PICTURES = 5, MODES_SHOWN = 2, TITLE = 96 };
+static const float from_the_front[3] = {0.35f, 1.0f, 0.25f}, upwards[3] = {0.0f, 0.0f, 1.0f};
 
 bool track_may_print(const struct track *track)
 {
@@ -241,7 +242,9 @@ static bool write_modes(const struct track *track)
         free(colors);
         return good;
     }
-    const struct shape_view view = shape_view_make(mean.positions, mean.vertex_count, 420, 420);
+    struct shape_view view = {.camera = raycast_frame_points(mean.positions, (size_t)mean.vertex_count, from_the_front, upwards, 24.0f, 1.0f),
+                              .width = 420, .height = 420};
+    view.camera.field_of_view *= 1.25f; /* the others are larger */
     const float full = 2.0f * (float)(track->motion.deviation[0] / sqrt((double)mean.vertex_count));
     for (; good && done < 3 * modes; ++done) {
         double weights[MODES_SHOWN] = {0.0, 0.0};
@@ -249,7 +252,8 @@ static bool write_modes(const struct track *track)
         weights[m] = sigma;
         shape_model_shape(&track->motion, weights, modes, shape);
         colors_by_offset(&mean, shape, full > 0.0f ? full : 1.0f, colors);
-        snprintf(captions[done], sizeof captions[done], "mode %d (%.0f %%), %+d sigma", m + 1, 100.0 * variance_share(track, m), sigma);
+        const char *const which = sigma < 0 ? "-2 sigma" : sigma > 0 ? "+2 sigma" : "mean";
+        snprintf(captions[done], sizeof captions[done], "mode %d (%.0f %% of the motion), %s", m + 1, 100.0 * variance_share(track, m), which);
         list[done] = captions[done];
         good = shape_picture(&mean, shape, colors, NULL, &view, &pictures[done]);
         if (!good) {
@@ -281,7 +285,8 @@ bool track_write(struct track *track)
     if (track->settings.large_steps) {
         return plot_steps(track) && track_report(track, run_path(track->settings.common.out, "large_steps.json", path, sizeof path));
     }
-    const struct model_view film = {.direction = {0.35f, 1.0f, 0.25f}, .up = {0.0f, 0.0f, 1.0f}, .by_correspondence = true};
+    const struct model_view film = {.direction = {from_the_front[0], from_the_front[1], from_the_front[2]}, .up = {0.0f, 0.0f, 1.0f},
+                                    .by_correspondence = true};
     return plot_volumes(track) && plot_errors(track) && write_modes(track)
            && (model_film_write(track->pictures, track->picture_count, &film, run_path(track->settings.common.out, "film.png", path, sizeof path))
                || track_fail("%s: cannot draw it", path))
