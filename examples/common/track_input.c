@@ -146,20 +146,41 @@ static struct beat make_beat(const struct track *track)
     return beat_of(sum, sqrt(square / number));
 }
 
-/* The label's surface: its mask, blurred by about a voxel, at one half. Negative inside, on the model's grid. */
+/* The level above which as many voxels lie as the mask has: a blurred ball would shrink at one half. */
+static float volume_level(const float *mask, const float *blurred, size_t total)
+{
+    float low = 0.0f, high = 1.0f;
+    size_t wanted = 0;
+    for (size_t n = 0; n < total; ++n) {
+        wanted += mask[n] > 0.0f;
+    }
+    for (int i = 0; i < 20; ++i) {
+        const float middle = 0.5f * (low + high);
+        size_t above = 0;
+        for (size_t n = 0; n < total; ++n) {
+            above += blurred[n] > middle;
+        }
+        *(above > wanted ? &low : &high) = middle;
+    }
+    return 0.5f * (low + high);
+}
+
+/* The label's surface: its mask, blurred by about a voxel, where it keeps the volume. Negative inside, on the model's grid. */
 static bool make_level_set(const struct track *track)
 {
     const size_t total = volume_voxels(&track->image);
     float *blurred = malloc(total * sizeof *blurred);
     bool good = blurred != NULL;
+    float level = 0.5f;
     if (good) {
         memcpy(blurred, track->mask, total * sizeof *blurred);
         good = segment_blur(&track->image, 2.0f * track->grid.spacing[0], blurred);
+        level = volume_level(track->mask, blurred, total);
         segment_resample(&track->image, blurred, &track->grid, track->grid.data);
     }
     free(blurred);
     for (size_t n = 0; n < volume_voxels(&track->grid); ++n) {
-        track->grid.data[n] = 0.5f - track->grid.data[n];
+        track->grid.data[n] = level - track->grid.data[n];
     }
     return good || track_no_memory();
 }
