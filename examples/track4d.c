@@ -4,6 +4,7 @@
  *   track4d beat.nii.gz --labels heart.nii.gz --fields 'to_%d.nii.gz' --out result     # displacement fields of elastix or ITK
  *   track4d beat.nii.gz --labels heart.nii.gz --beat 10 --true-field                   # a made motion whose answer is known
  *   track4d beat.nii.gz --labels heart.nii.gz --beat 10 --true-field --large-steps     # in 1, 2, 5 and 20 steps
+ *   track4d breath_out.mha breath_in.mha --labels lung_out.mha                         # two files, each on a grid of its own
  *
  * The label of one frame becomes a model, every triangle of its surface a springl. The other frames are registered to that
  * one; each displacement field moves the springls in one step of Algorithm 3, as far as it goes. Nothing is resampled, so
@@ -33,6 +34,12 @@ static int check_usage(const struct track_settings *set)
         wrong = "--true-field goes with --beat";
     } else if (set->beat == 1) {
         wrong = "--beat wants two frames at least";
+    } else if (set->second && (set->reference > 0 || set->landmarks || set->fields || set->beat > 0)) {
+        wrong = "a second file goes without --reference, --landmarks, --fields and --beat";
+    } else if (set->second && (set->steps > 1 || set->large_steps)) {
+        wrong = "a second file goes without --steps and --large-steps: rigid motion is not cut into parts";
+    } else if (set->second_labels && !set->second) {
+        wrong = "--second-labels goes with a second file";
     } else if (set->beat > 0 && (set->reference > 0 || set->landmarks || set->fields)) {
         wrong = "--beat goes without --reference, --landmarks and --fields";
     }
@@ -45,6 +52,7 @@ static int read_command_line(struct track *track, int argc, char **argv)
     const char *similarity = "ssd";
     const struct cli_option options[] = {
         {"labels", CLI_STRING, &set->labels, "FILE", "label map of the reference frame, or of all frames", 0, 0, NULL},
+        {"second-labels", CLI_STRING, &set->second_labels, "FILE", "label map of the second of two files, to compare", 0, 0, NULL},
         {"label", CLI_INT, &set->label, "K", "the label to follow; -1: all but 0", -1, 1e9, NULL},
         {"reference", CLI_INT, &set->reference, "K", "the frame that the model is made in, from 0", 0, 1e9, NULL},
         {"fields", CLI_STRING, &set->fields, "NAME", "displacement fields from the reference to frame %d, instead of registering", 0, 0,
@@ -59,14 +67,15 @@ static int read_command_line(struct track *track, int argc, char **argv)
         {"frame", CLI_INT, &set->frame, "K", "the frame of --large-steps; -1: half way", -1, 1e9, NULL},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
-    const struct cli_positional image = {"IMAGE", &set->image, "sequence of images", true};
+    const struct cli_positional images[] = {{"IMAGE", &set->image, "sequence of images, or the first of two", true},
+                                            {"SECOND", &set->second, "the second of two images", false}};
     const struct cli_program program = {.name = "track4d",
                                         .summary = "follows a body through a sequence of images",
                                         .common = &set->common,
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
-                                        .positionals = &image,
-                                        .positional_count = 1};
+                                        .positionals = images,
+                                        .positional_count = 2};
     const int status = cli_parse(&program, argc, argv);
     if (status != CLI_GO_ON) {
         return status;
@@ -84,11 +93,13 @@ int main(int argc, char **argv)
     char set[1024];
     track.settings.common = cli_common_defaults();
     track.registration = register_defaults();
-    track.registration.align = REGISTER_ALIGN_NONE; /* one scanner, one patient, one scale */
-    track.registration.one_scale = true;
     int status = read_command_line(&track, argc, argv);
     if (status != CLI_GO_ON) {
         return status;
+    }
+    if (!track.settings.second) { /* a sequence: the patient lies still, intensities mean the same */
+        track.registration.align = REGISTER_ALIGN_NONE;
+        track.registration.one_scale = true;
     }
     snprintf(set, sizeof set, TRACKING_PARAMETERS "%s%s", track.settings.overrides ? "," : "", track.settings.overrides ? track.settings.overrides : "");
     status = run_options("track4d", &track.settings.common, set, &track.params);

@@ -18,6 +18,7 @@ enum { TRACK_MOST_FRAMES = 1000, TRACK_STEP_RUNS = 4 };
 struct track_settings {
     struct cli_common common;
     const char *image, *labels, *landmarks, *fields;
+    const char *second, *second_labels; /* two files are two frames, each on a grid of its own */
     const char *overrides; /* --set */
     int label, reference;  /* -1: all but 0; the frame that the model is made in */
     int steps;             /* in which every frame's motion is applied */
@@ -61,7 +62,7 @@ struct track {
     struct track_settings settings;
     struct register_settings registration;
     springls_params params;
-    struct volume image;           /* of the reference */
+    struct volume image;           /* of the reference; with a second file its grid is made to hold both */
     float *mask;                   /* its label: 1 or 0 */
     int frame_count, labelled;     /* images; label maps */
     struct beat beat;

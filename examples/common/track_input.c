@@ -46,11 +46,95 @@ static void add_noise(struct volume *image, float deviation, uint32_t seed)
     }
 }
 
+/* A file of its own on the common grid: places beyond it hold its smallest value, labels the nearest voxel's. */
+static bool read_onto(const struct volume *grid, const char *path, bool labels, struct volume *volume)
+{
+    char error[VOLUME_TEXT];
+    struct volume read;
+    struct field still;
+    if (!volume_read(path, 0, &read, error)) {
+        return track_fail("%s", error);
+    }
+    bool good = volume_create_padded(grid, 0, volume);
+    if (good && !field_create(grid, &still)) {
+        volume_free(volume);
+        good = false;
+    }
+    if (good) {
+        (labels ? field_warp_labels(&still, &read, volume->data) : field_warp(&still, &read, read.minimum, volume->data));
+        volume->minimum = read.minimum;
+        volume->maximum = read.maximum;
+        field_free(&still);
+    }
+    volume_free(&read);
+    return good || track_no_memory();
+}
+
+/* The reference's voxels, and as many more along its axes as the other image needs. */
+static bool common_grid(const struct volume *reference, const struct volume *other, struct volume *grid)
+{
+    int low[3] = {0, 0, 0}, dims[3];
+    struct volume wide;
+    int high[3] = {reference->dims[0] - 1, reference->dims[1] - 1, reference->dims[2] - 1};
+    for (int corner = 0; corner < 8; ++corner) {
+        float index[3], world[3];
+        for (int a = 0; a < 3; ++a) {
+            index[a] = corner >> a & 1 ? (float)(other->dims[a] - 1) : 0.0f;
+        }
+        volume_index_to_world(other, index, world);
+        volume_world_to_index(reference, world, index);
+        for (int a = 0; a < 3; ++a) {
+            const float bounded = fmaxf(-1e4f, fminf(1e4f, index[a]));
+            low[a] = (int)floorf(bounded) < low[a] ? (int)floorf(bounded) : low[a];
+            high[a] = (int)ceilf(bounded) > high[a] ? (int)ceilf(bounded) : high[a];
+        }
+    }
+    for (int a = 0; a < 3; ++a) {
+        dims[a] = high[a] - low[a] + 1;
+    }
+    if ((double)dims[0] * dims[1] * dims[2] > 1e9) {
+        return track_fail("the two images lie too far from each other");
+    }
+    if (!volume_create(dims, reference->spacing, reference->origin, &wide)) {
+        return track_no_memory();
+    }
+    memcpy(wide.affine, reference->affine, sizeof wide.affine);
+    for (int r = 0; r < 3; ++r) {
+        for (int a = 0; a < 3; ++a) {
+            wide.affine[r][3] += reference->affine[r][a] * low[a];
+        }
+    }
+    const bool good = volume_create_padded(&wide, 0, grid); /* takes all else from the affine map */
+    volume_free(&wide);
+    return good || track_no_memory();
+}
+
+/* The first of two files becomes the reference on a grid that holds both. */
+static bool read_two(struct track *track)
+{
+    char error[VOLUME_TEXT];
+    struct volume second, grid;
+    if (!volume_read(track->settings.second, 0, &second, error)) {
+        return track_fail("%s", error);
+    }
+    bool good = common_grid(&track->image, &second, &grid);
+    volume_free(&second);
+    if (good) {
+        volume_free(&track->image);
+        good = read_onto(&grid, track->settings.image, false, &track->image);
+        volume_free(&grid);
+    }
+    return good;
+}
+
 bool track_frame_image(const struct track *track, int frame, struct volume *image)
 {
     char error[VOLUME_TEXT];
     struct register_window window = {0.0f, 1.0f};
     struct field back;
+    if (track->settings.second) {
+        return read_onto(&track->image, frame == 0 ? track->settings.image : track->settings.second, false, image);
+    }
     if (track->settings.beat == 0) {
         return volume_read(track->settings.image, frame, image, error) || track_fail("%s", error);
     }
@@ -107,10 +191,16 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
         field_free(&back);
         return true;
     }
+    struct volume labels;
+    const char *const second = track->settings.second_labels;
+    if (track->settings.second && (frame == 0 || second)) {
+        const bool good = read_onto(&track->image, frame == 0 ? track->settings.labels : second, true, &labels) && mask_of(track, &labels, mask);
+        volume_free(&labels);
+        return good;
+    }
     if (track->labelled == 1 && frame != track->settings.reference) {
         return true;
     }
-    struct volume labels;
     if (!volume_read(track->settings.labels, track->labelled == 1 ? 0 : frame, &labels, error)) {
         return track_fail("%s", error);
     }
@@ -265,6 +355,13 @@ bool track_read(struct track *track)
     track->frame_count = set->beat > 0 ? set->beat : track->image.frame_count;
     track->labelled = labels.frame_count;
     volume_free(&labels);
+    if (set->second) {
+        track->frame_count = 2;
+        track->labelled = 1;
+        if (!read_two(track)) {
+            return false;
+        }
+    }
     if (track->frame_count < 2 || track->frame_count > TRACK_MOST_FRAMES) {
         return track_fail("%s: a sequence wants 2 to %d images, it has %d", set->image, TRACK_MOST_FRAMES, track->frame_count);
     }

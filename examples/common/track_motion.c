@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* One field for each of the three from maps of points. */
+/* One field for each of the three from maps of points; part and forward may be the same. */
 static bool sample_all(const struct track *track, field_map_fn map, const void *part, const void *forward, field_map_fn map_back,
                        const void *back, struct track_motion *motion)
 {
@@ -17,8 +17,12 @@ static bool sample_all(const struct track *track, field_map_fn map, const void *
         || !field_create(&track->image, &motion->back)) {
         return track_no_memory();
     }
-    field_sample(map, part, &motion->part);
     field_sample(map, forward, &motion->forward);
+    if (part == forward) {
+        memcpy(motion->part.mm, motion->forward.mm, 3 * volume_voxels(&track->image) * sizeof *motion->part.mm);
+    } else {
+        field_sample(map, part, &motion->part);
+    }
     field_sample(map_back, back, &motion->back);
     return true;
 }
@@ -26,7 +30,7 @@ static bool sample_all(const struct track *track, field_map_fn map, const void *
 static bool true_motion(const struct track *track, int frame, int steps, struct track_motion *motion)
 {
     const struct beat_time whole = track_beat(track, frame), part = {whole.beat, whole.s / steps}, back = {whole.beat, -whole.s};
-    return sample_all(track, beat_map, &part, &whole, beat_map, &back, motion);
+    return sample_all(track, beat_map, steps == 1 ? &whole : &part, &whole, beat_map, &back, motion);
 }
 
 static bool read_motion(const struct track *track, int frame, struct track_motion *motion)
@@ -66,6 +70,10 @@ static bool register_motion(const struct track *track, int frame, int steps, con
     volume_free(&image);
     if (!good) {
         return false;
+    }
+    if (steps == 1) {
+        return sample_all(track, registration_map, &motion->registration, &motion->registration, registration_map_back,
+                          &motion->registration, motion);
     }
     if (!registration_part(&motion->registration, steps, &part)) {
         return track_no_memory();
