@@ -465,7 +465,7 @@ static void free_run(struct run *run)
 
 int main(int argc, char **argv)
 {
-    static struct run run = {.align = "rigid", .similarity = "ssd", .label = -1};
+    struct run run = {.align = "rigid", .similarity = "ssd", .label = -1};
     springls_params params;
     run.common = cli_common_defaults();
     run.settings = register_defaults();

@@ -89,7 +89,7 @@ static int read_command_line(struct track *track, int argc, char **argv)
 
 int main(int argc, char **argv)
 {
-    static struct track track = {.settings = {.label = -1, .steps = 1, .frame = -1}};
+    struct track track = {.settings = {.label = -1, .steps = 1, .frame = -1}};
     char set[1024];
     track.settings.common = cli_common_defaults();
     track.registration = register_defaults();

@@ -68,7 +68,8 @@ struct track {
     struct beat beat;
     struct volume grid;            /* of the model: cubes */
     springls_context *ctx;
-    springls_mesh mesh;            /* the reference's surface: triangle i is springl i */
+    springls_mesh mesh;            /* the reference's surface: triangle i is springl i, */
+    int corner[3];                 /* whose corner k is the triangle's corner[k]: mirrored grids turn triangles round */
     float *landmarks;              /* of all frames, or NULL */
     size_t landmark_count;
     springls_hit *anchors;         /* the places on springls that landmarks hang on */

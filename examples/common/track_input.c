@@ -275,29 +275,40 @@ static bool make_level_set(const struct track *track)
     return good || track_no_memory();
 }
 
-/* Triangles that the library has left out, because they have no area, go from the mesh: then triangle i is springl i. */
-static bool drop_unused(struct track *track)
+/* Largest distance of a springl's corners from those of a triangle, voxels. */
+static float apart(const struct track *track, const float *springl, const int *triangle, const int corner[3])
 {
-    const springls_view view = springls_view_vertices(track->ctx);
-    const int count = view.count;
-    springls_mesh *mesh = &track->mesh;
-    int kept = 0;
-    for (int t = 0; t < mesh->triangle_count && kept < count; ++t) {
-        const float *springl = (const float *)(const void *)((const char *)view.data + (size_t)kept * view.stride);
-        float corners[9];
-        for (int k = 0; k < 3; ++k) {
-            springls_to_voxel(track->ctx, mesh->positions + 3 * mesh->triangles[3 * t + k], 1, corners + 3 * k);
-        }
-        float furthest = 0.0f;
-        for (int i = 0; i < 9; ++i) {
-            furthest = fmaxf(furthest, fabsf(corners[i] - springl[i]));
-        }
-        if (furthest < 1e-3f) {
-            memmove(mesh->triangles + 3 * kept++, mesh->triangles + 3 * t, 3 * sizeof *mesh->triangles);
+    float furthest = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        float place[3];
+        springls_to_voxel(track->ctx, track->mesh.positions + 3 * triangle[corner[k]], 1, place);
+        for (int a = 0; a < 3; ++a) {
+            furthest = fmaxf(furthest, fabsf(place[a] - springl[3 * k + a]));
         }
     }
-    mesh->triangle_count = kept;
-    return kept == count || track_fail("the reference's mesh and its springls do not agree");
+    return furthest;
+}
+
+/* Triangles that the library has left out, because they have no area, go from the mesh: then triangle i is springl i. */
+static bool match_springls(struct track *track)
+{
+    static const int orders[4][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}};
+    const springls_view view = springls_view_vertices(track->ctx);
+    int *triangles = track->mesh.triangles, kept = 0;
+    for (int o = 0; o < 4 && kept < view.count; ++o) {
+        memcpy(track->corner, orders[o], sizeof track->corner);
+        for (int t = kept = 0; t < track->mesh.triangle_count && kept < view.count; ++t) {
+            const float *springl = (const float *)(const void *)((const char *)view.data + (size_t)kept * view.stride);
+            if (apart(track, springl, triangles + 3 * t, track->corner) < 1e-3f) {
+                const int same[3] = {triangles[3 * t], triangles[3 * t + 1], triangles[3 * t + 2]};
+                memcpy(triangles + 3 * kept++, same, sizeof same);
+            } else if (kept == 0 && t > 100) {
+                break; /* not in this order */
+            }
+        }
+    }
+    track->mesh.triangle_count = kept;
+    return kept == view.count || track_fail("the reference's mesh and its springls do not agree");
 }
 
 bool track_reference(struct track *track)
@@ -323,7 +334,7 @@ static bool make_model(struct track *track)
     return run_create("track4d", &desc, &track->ctx) == CLI_GO_ON && make_level_set(track)
            && track_check(track->ctx, springls_set_level_set(track->ctx, track->grid.data), "reference")
            && track_check(track->ctx, springls_extract_mesh(track->ctx, &track->mesh), "reference") && track_reference(track)
-           && drop_unused(track);
+           && match_springls(track);
 }
 
 static bool read_landmarks(struct track *track)

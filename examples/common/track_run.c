@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const float *item(springls_view view, int index)
+static const float *springl_item(springls_view view, int index)
 {
     return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
 }
@@ -51,8 +51,8 @@ bool track_vertices(const struct track *track, float *vertices)
     memset(vertices, 0, 3 * (size_t)mesh->vertex_count * sizeof *vertices);
     for (int t = 0; t < view.count && t < mesh->triangle_count; ++t) {
         for (int k = 0; k < 3; ++k) {
-            const int v = mesh->triangles[3 * t + k];
-            vec3_add_scaled(vertices + 3 * v, 1.0f, item(view, t) + 3 * k, vertices + 3 * v);
+            const int v = mesh->triangles[3 * t + track->corner[k]];
+            vec3_add_scaled(vertices + 3 * v, 1.0f, springl_item(view, t) + 3 * k, vertices + 3 * v);
             ++corners[v];
         }
     }
@@ -81,7 +81,7 @@ static float triangle_axes(const float q[9], float axes[3][3])
 static void corners_of(const struct track *track, const float *vertices, int springl, float q[9])
 {
     for (int k = 0; k < 3; ++k) {
-        memcpy(q + 3 * k, vertices + 3 * track->mesh.triangles[3 * springl + k], 3 * sizeof *q);
+        memcpy(q + 3 * k, vertices + 3 * track->mesh.triangles[3 * springl + track->corner[k]], 3 * sizeof *q);
     }
 }
 
@@ -137,8 +137,8 @@ static void compare_particles(const struct track *track, int f, struct track_fra
     const struct beat_time t = track_beat(track, f);
     for (int i = 0; i < particles.count; ++i) {
         float p[3], a[3], there[3];
-        springls_to_world(track->ctx, item(particles, i), 1, p);
-        springls_to_world(track->ctx, item(originals, i), 1, a);
+        springls_to_world(track->ctx, springl_item(particles, i), 1, p);
+        springls_to_world(track->ctx, springl_item(originals, i), 1, a);
         beat_map(&t, a, 1, there);
         add_error(&frame->particles, p, there, (size_t)particles.count);
     }
@@ -200,7 +200,7 @@ static bool compare_springls(struct track *track, const uint32_t *before, int co
     float *distances = places + 3 * particles.count;
     for (int i = 0; i < particles.count; ++i) {
         frame->kept += i < count && ids[i] == before[i];
-        springls_to_world(track->ctx, item(particles, i), 1, places + 3 * i);
+        springls_to_world(track->ctx, springl_item(particles, i), 1, places + 3 * i);
     }
     const bool good = track_check(track->ctx, springls_sample_distance(track->ctx, places, particles.count, distances), "distances");
     for (int i = 0; good && i < particles.count; ++i) {
