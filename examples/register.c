@@ -68,21 +68,24 @@ static int read_command_line(struct run *run, int argc, char **argv)
         {"similarity", CLI_CHOICE, &run->similarity, NULL, "squared differences, or local correlation", 0, 0, "ssd|lcc"},
         {"one-scale", CLI_FLAG, &set->one_scale, NULL, "intensities mean the same in both images; without it this is found out",
          0, 0, NULL},
-        {"one-sided", CLI_FLAG, &set->one_sided, NULL, "forces of the fixed image's side only: faster, not symmetric", 0, 0, NULL},
+        {"one-sided", CLI_FLAG, &set->one_sided, NULL, "forces of the fixed image's side only: faster, not symmetric", 0, 0,
+         NULL},
         {"levels", CLI_INT, &set->levels, "K", "grids, each twice as fine as the one before; 0: by the image's size", 0,
          REGISTER_MOST_LEVELS, NULL},
         {"iterations", CLI_INT, &set->iterations, "K", "at most on each grid", 0, 1e5, NULL},
         {"update-sigma", CLI_FLOAT, &set->update_sigma, "S", "Gaussian of the update, voxels (fluid)", 0, 20, NULL},
         {"velocity-sigma", CLI_FLOAT, &set->velocity_sigma, "S", "Gaussian of the velocity, voxels (elastic)", 0, 20, NULL},
         {"longest-update", CLI_FLOAT, &set->longest_update, "D", "voxels an iteration", 0.01, 5, NULL},
-        {"field", CLI_STRING, &run->field_path, "FILE", "take this displacement field (NIfTI, mm, LPS+) and register nothing", 0, 0,
+        {"field", CLI_STRING, &run->field_path, "FILE", "take this displacement field (NIfTI, mm, LPS+) and register nothing",
+         0, 0,
          NULL},
         {"fixed-frame", CLI_INT, &run->fixed_frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
         {"moving-frame", CLI_INT, &run->moving_frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
         {"fixed-labels", CLI_STRING, &run->fixed_labels_path, "FILE", "label map of the fixed image, to compare", 0, 0, NULL},
         {"moving-labels", CLI_STRING, &run->moving_labels_path, "FILE", "label map of the moving image", 0, 0, NULL},
         {"label", CLI_INT, &run->label, "K", "the label to compare; -1: all but 0", -1, 1e9, NULL},
-        {"fixed-points", CLI_STRING, &run->fixed_points_path, "FILE", "landmarks of the fixed image (elastix's text)", 0, 0, NULL},
+        {"fixed-points", CLI_STRING, &run->fixed_points_path, "FILE", "landmarks of the fixed image (elastix's text)", 0, 0,
+         NULL},
         {"moving-points", CLI_STRING, &run->moving_points_path, "FILE", "the same landmarks in the moving image", 0, 0, NULL},
     };
     const struct cli_positional positionals[] = {{"FIXED", &run->fixed_path, "image that stays", true},
@@ -412,7 +415,8 @@ static bool report(const struct run *run, const char *path)
 
 static bool write_all(const struct run *run)
 {
-    static const char *const names[] = {"forward.nii.gz", "inverse.nii.gz", "warped.nii.gz", "jacobian.nii.gz", "before_after.png",
+    static const char *const names[] = {"forward.nii.gz", "inverse.nii.gz", "warped.nii.gz", "jacobian.nii.gz",
+                                        "before_after.png",
                                         "report.json"};
     char path[6][1024], error[VOLUME_TEXT];
     for (int f = 0; f < 6; ++f) {

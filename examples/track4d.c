@@ -52,17 +52,22 @@ static int read_command_line(struct track *track, int argc, char **argv)
     const char *similarity = "ssd";
     const struct cli_option options[] = {
         {"labels", CLI_STRING, &set->labels, "FILE", "label map of the reference frame, or of all frames", 0, 0, NULL},
-        {"second-labels", CLI_STRING, &set->second_labels, "FILE", "label map of the second of two files, to compare", 0, 0, NULL},
+        {"second-labels", CLI_STRING, &set->second_labels, "FILE", "label map of the second of two files, to compare", 0, 0,
+         NULL},
         {"label", CLI_INT, &set->label, "K", "the label to follow; -1: all but 0", -1, 1e9, NULL},
         {"reference", CLI_INT, &set->reference, "K", "the frame that the model is made in, from 0", 0, 1e9, NULL},
-        {"fields", CLI_STRING, &set->fields, "NAME", "displacement fields from the reference to frame %d, instead of registering", 0, 0,
+        {"fields", CLI_STRING, &set->fields, "NAME",
+         "displacement fields from the reference to frame %d, instead of registering", 0, 0,
          NULL},
         {"steps", CLI_INT, &set->steps, "K", "in which each frame's motion is applied", 1, 1000, NULL},
         {"similarity", CLI_CHOICE, &similarity, NULL, "squared differences, or local correlation", 0, 0, "ssd|lcc"},
-        {"landmarks", CLI_STRING, &set->landmarks, "FILE", "CSV with landmark, frame, x_mm, y_mm, z_mm (RAS+), to compare", 0, 0, NULL},
+        {"landmarks", CLI_STRING, &set->landmarks, "FILE", "CSV with landmark, frame, x_mm, y_mm, z_mm (RAS+), to compare", 0,
+         0, NULL},
         {"beat", CLI_INT, &set->beat, "K", "follow a made motion of the first image, of K frames", 0, TRACK_MOST_FRAMES, NULL},
-        {"true-field", CLI_FLAG, &set->true_field, NULL, "of the made motion: sample its field instead of registering", 0, 0, NULL},
-        {"large-steps", CLI_FLAG, &set->large_steps, NULL, "one frame's motion in 1, 2, 5 and 20 steps, level sets alone beside it", 0, 0,
+        {"true-field", CLI_FLAG, &set->true_field, NULL, "of the made motion: sample its field instead of registering", 0, 0,
+         NULL},
+        {"large-steps", CLI_FLAG, &set->large_steps, NULL,
+         "one frame's motion in 1, 2, 5 and 20 steps, level sets alone beside it", 0, 0,
          NULL},
         {"frame", CLI_INT, &set->frame, "K", "the frame of --large-steps; -1: half way", -1, 1e9, NULL},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
@@ -101,7 +106,8 @@ int main(int argc, char **argv)
         track.registration.align = REGISTER_ALIGN_NONE;
         track.registration.one_scale = true;
     }
-    snprintf(set, sizeof set, TRACKING_PARAMETERS "%s%s", track.settings.overrides ? "," : "", track.settings.overrides ? track.settings.overrides : "");
+    snprintf(set, sizeof set, TRACKING_PARAMETERS "%s%s", track.settings.overrides ? "," : "",
+             track.settings.overrides ? track.settings.overrides : "");
     status = run_options("track4d", &track.settings.common, set, &track.params);
     if (status != CLI_GO_ON) {
         return status;

@@ -202,7 +202,8 @@ static bool make_grid(const int dims[3], const float spacing[3], bool turned, st
 
 static void middle_of(const struct volume *volume, float center[3])
 {
-    const float index[3] = {0.5f * (float)(volume->dims[0] - 1), 0.5f * (float)(volume->dims[1] - 1), 0.5f * (float)(volume->dims[2] - 1)};
+    const float index[3] = {0.5f * (float)(volume->dims[0] - 1), 0.5f * (float)(volume->dims[1] - 1),
+                            0.5f * (float)(volume->dims[2] - 1)};
     volume_index_to_world(volume, index, center);
 }
 
@@ -237,7 +238,8 @@ static void affine_map(const void *map, const float *points, size_t count, float
 }
 
 /* Mean distance, mm, between two maps at voxels of the fixed image within `radius` mm of its middle. */
-static double difference(const struct volume *grid, float radius, field_map_fn a, const void *a_user, field_map_fn b, const void *b_user)
+static double difference(const struct volume *grid, float radius, field_map_fn a, const void *a_user, field_map_fn b,
+                         const void *b_user)
 {
     float center[3];
     double sum = 0.0, number = 0.0;
@@ -618,7 +620,8 @@ TEST landmarks_are_read_or_refused(void)
     static const char *const bad_sets[] = {"", "points 2\n1 2 3\n", "index\n0\n", "index\n2\n1 2 3\n4 5\n", "point 1\n1 2 nan\n",
                                            "index -3\n1 2 3\n"};
     static const char *const bad_tables[] = {"", "landmark,frame,x_mm,y_mm\n0,0,1,2\n", "landmark,frame,x_mm,y_mm,z_mm\n",
-                                             "landmark,frame,x_mm,y_mm,z_mm\n0,0,1,2,three\n", "landmark,frame,x_mm,y_mm,z_mm\n0,0,1,2\n",
+                                             "landmark,frame,x_mm,y_mm,z_mm\n0,0,1,2,three\n",
+                                             "landmark,frame,x_mm,y_mm,z_mm\n0,0,1,2\n",
                                              "landmark,frame,x_mm,y_mm,z_mm\n0,0,1,2,3\n1,1,1,2,3\n",
                                              "landmark,frame,x_mm,y_mm,z_mm\n0,0,1,2,3\n0,0,1,2,3\n",
                                              "landmark,frame,x_mm,y_mm,z_mm\n-1,0,1,2,3\n"};
@@ -638,7 +641,8 @@ TEST landmarks_are_read_or_refused(void)
     ASSERTm(error, points_read(scratch("set.txt"), &grid, &points, &count, error));
     ASSERT(points[0] == -1.5f && points[1] == 2.0f && points[2] == 3.0f);
     free(points);
-    write_text(scratch("table.csv"), "frame,landmark,i,z_mm,y_mm,x_mm\r\n1,0,9,3,2,1\r\n0,0,9,6,5,4\r\n\r\n0,1,9,1,1,1\n1,1,9,2,2,2\n");
+    write_text(scratch("table.csv"),
+               "frame,landmark,i,z_mm,y_mm,x_mm\r\n1,0,9,3,2,1\r\n0,0,9,6,5,4\r\n\r\n0,1,9,1,1,1\n1,1,9,2,2,2\n");
     ASSERTm(error, points_read_frames(scratch("table.csv"), &points, &count, &frames, error));
     ASSERT_EQ(2u, count);
     ASSERT_EQ(2u, frames);
@@ -664,11 +668,13 @@ TEST landmarks_are_read_or_refused(void)
 static const char elastix_parameters[] =
     "(FixedInternalImagePixelType \"float\")\n(MovingInternalImagePixelType \"float\")\n(FixedImageDimension 3)\n"
     "(MovingImageDimension 3)\n(UseDirectionCosines \"true\")\n(Registration \"MultiResolutionRegistration\")\n"
-    "(Interpolator \"LinearInterpolator\")\n(ResampleInterpolator \"FinalBSplineInterpolator\")\n(Resampler \"DefaultResampler\")\n"
+    "(Interpolator \"LinearInterpolator\")\n(ResampleInterpolator \"FinalBSplineInterpolator\")\n"
+    "(Resampler \"DefaultResampler\")\n"
     "(FixedImagePyramid \"FixedSmoothingImagePyramid\")\n(MovingImagePyramid \"MovingSmoothingImagePyramid\")\n"
     "(Optimizer \"AdaptiveStochasticGradientDescent\")\n(Transform \"BSplineTransform\")\n(Metric \"AdvancedMeanSquares\")\n"
     "(FinalGridSpacingInPhysicalUnits 6)\n(HowToCombineTransforms \"Compose\")\n(AutomaticTransformInitialization \"false\")\n"
-    "(NumberOfResolutions 3)\n(MaximumNumberOfIterations 300)\n(NumberOfSpatialSamples 4000)\n(NewSamplesEveryIteration \"true\")\n"
+    "(NumberOfResolutions 3)\n(MaximumNumberOfIterations 300)\n(NumberOfSpatialSamples 4000)\n"
+    "(NewSamplesEveryIteration \"true\")\n"
     "(ImageSampler \"RandomCoordinate\")\n(BSplineInterpolationOrder 1)\n(FinalBSplineInterpolationOrder 3)\n(RandomSeed 12345)\n"
     "(WriteResultImage \"false\")\n(ResultImageFormat \"nii\")\n(DefaultPixelValue 0)\n";
 
@@ -694,8 +700,10 @@ TEST fields_agree_with_elastix(void)
     ASSERT(volume_write(scratch("fixed.nii"), &scene.fixed, VOLUME_FLOAT32, scene.fixed.data, error));
     ASSERT(volume_write(scratch("moving.nii"), &scene.moving, VOLUME_FLOAT32, scene.moving.data, error));
     write_text(scratch("parameters.txt"), elastix_parameters);
-    ASSERT(run_command("cd %s && elastix -threads 2 -f fixed.nii -m moving.nii -p parameters.txt -out %s > /dev/null", folder, folder));
-    ASSERT(run_command("cd %s && transformix -threads 2 -def all -tp TransformParameters.0.txt -out %s > /dev/null", folder, folder));
+    ASSERT(run_command("cd %s && elastix -threads 2 -f fixed.nii -m moving.nii -p parameters.txt -out %s > /dev/null", folder,
+                       folder));
+    ASSERT(run_command("cd %s && transformix -threads 2 -def all -tp TransformParameters.0.txt -out %s > /dev/null", folder,
+                       folder));
     ASSERTm(error, field_read(scratch("deformationField.nii"), &theirs, error));
     ASSERT(volume_same_grid(&scene.fixed, &theirs.grid));
     ASSERTm(error, register_images(&scene.fixed, &scene.moving, &set, NULL, &reg, error));

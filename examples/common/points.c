@@ -125,7 +125,8 @@ static bool read_row(char *line, const struct table *table, struct row *row)
             if (table->columns[c] != column) {
                 continue;
             }
-            if (c == 0 ? !cli_read_int(item, &row->landmark) : c == 1 ? !cli_read_int(item, &row->frame) : !cli_read_double(item, &value)) {
+            if (c == 0 ? !cli_read_int(item, &row->landmark) : c == 1 ? !cli_read_int(item, &row->frame)
+                : !cli_read_double(item, &value)) {
                 return false;
             }
             if (c >= 2) {
@@ -184,7 +185,8 @@ static const char *arrange(const struct table *table, float **points, size_t *la
         (*points)[n] = NAN;
     }
     for (size_t n = 0; n < table->count; ++n) {
-        memcpy(*points + 3 * ((size_t)table->rows[n].frame * l + (size_t)table->rows[n].landmark), table->rows[n].x, 3 * sizeof(float));
+        memcpy(*points + 3 * ((size_t)table->rows[n].frame * l + (size_t)table->rows[n].landmark), table->rows[n].x,
+               3 * sizeof(float));
     }
     for (size_t n = 0; n < 3 * l * f; ++n) {
         if (isnan((*points)[n])) {

@@ -48,7 +48,8 @@ static bool prepare(const struct volume *image, struct register_window window, f
 static bool normalise_locally(const int dims[3], float *image)
 {
     const size_t total = vgrid_voxels(dims);
-    float *mean = malloc(total * sizeof *mean), *square = malloc(total * sizeof *square), *scratch = malloc(total * sizeof *scratch);
+    float *mean = malloc(total * sizeof *mean), *square = malloc(total * sizeof *square);
+    float *scratch = malloc(total * sizeof *scratch);
     bool good = mean && square && scratch;
     for (size_t n = 0; good && n < total; ++n) {
         mean[n] = image[n];

@@ -23,9 +23,9 @@ enum { REGISTER_MOST_LEVELS = 6, REGISTER_LEAST_CELLS = 16 };
 struct register_settings {
     enum register_align align;
     enum register_similarity similarity;
-    bool one_scale;        /* intensities mean the same in both images; without it this is found out, and else scales are matched */
+    bool one_scale;        /* intensities mean the same in both images; without it that is found out, or scales matched */
     bool one_sided;        /* forces of the fixed image's side only: half the time, not symmetric */
-    int levels;            /* grids, each twice as fine as the one before; 0: as many as keep REGISTER_LEAST_CELLS voxels a side */
+    int levels;            /* grids, each twice as fine as the one before; 0: while REGISTER_LEAST_CELLS voxels a side stay */
     int iterations;        /* at most, on each grid */
     float update_sigma;    /* Gaussian of the update ("fluid") and of the velocity ("elastic"), voxels of the grid */
     float velocity_sigma;

@@ -194,7 +194,8 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
     struct volume labels;
     const char *const second = track->settings.second_labels;
     if (track->settings.second && (frame == 0 || second)) {
-        const bool good = read_onto(&track->image, frame == 0 ? track->settings.labels : second, true, &labels) && mask_of(track, &labels, mask);
+        const bool good = read_onto(&track->image, frame == 0 ? track->settings.labels : second, true, &labels)
+            && mask_of(track, &labels, mask);
         volume_free(&labels);
         return good;
     }
@@ -314,7 +315,8 @@ static bool match_springls(struct track *track)
 bool track_reference(struct track *track)
 {
     const springls_mesh *m = &track->mesh;
-    return track_check(track->ctx, springls_set_mesh(track->ctx, m->positions, m->vertex_count, 0, m->triangles, m->triangle_count, NULL),
+    return track_check(track->ctx,
+                       springls_set_mesh(track->ctx, m->positions, m->vertex_count, 0, m->triangles, m->triangle_count, NULL),
                        "reference");
 }
 
@@ -322,7 +324,8 @@ static bool make_model(struct track *track)
 {
     const float *s = track->image.spacing;
     const int cells = track->settings.common.grid;
-    const float longest = fmaxf(s[0] * (float)track->image.dims[0], fmaxf(s[1] * (float)track->image.dims[1], s[2] * (float)track->image.dims[2]));
+    const float longest = fmaxf(s[0] * (float)track->image.dims[0],
+                                fmaxf(s[1] * (float)track->image.dims[1], s[2] * (float)track->image.dims[2]));
     const float side = cells > 0 ? longest / (float)cells : cbrtf(s[0] * s[1] * s[2]);
     springls_desc desc;
     if (!volume_create_cubes(&track->image, side, MARGIN, &track->grid)) {
@@ -345,14 +348,16 @@ static bool read_landmarks(struct track *track)
         return track_fail("%s", error);
     }
     if (frames != (size_t)track->frame_count) {
-        return track_fail("%s: landmarks of %zu frames, but there are %d images", track->settings.landmarks, frames, track->frame_count);
+        return track_fail("%s: landmarks of %zu frames, but there are %d images", track->settings.landmarks, frames,
+                          track->frame_count);
     }
     track->anchors = malloc(track->landmark_count * sizeof *track->anchors);
     if (!track->anchors) {
         return track_no_memory();
     }
     const float *reference = track->landmarks + 3 * track->landmark_count * (size_t)track->settings.reference;
-    return track_check(track->ctx, springls_closest(track->ctx, reference, (int)track->landmark_count, track->anchors), "landmarks");
+    return track_check(track->ctx, springls_closest(track->ctx, reference, (int)track->landmark_count, track->anchors),
+                       "landmarks");
 }
 
 bool track_read(struct track *track)

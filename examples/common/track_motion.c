@@ -78,7 +78,8 @@ static bool register_motion(const struct track *track, int frame, int steps, con
     if (!registration_part(&motion->registration, steps, &part)) {
         return track_no_memory();
     }
-    good = sample_all(track, registration_map, &part, &motion->registration, registration_map_back, &motion->registration, motion);
+    good = sample_all(track, registration_map, &part, &motion->registration, registration_map_back, &motion->registration,
+                      motion);
     registration_free(&part);
     return good;
 }

@@ -73,7 +73,8 @@ static bool write_meshes(struct track *track, int f)
                                   .originals = surface.correspondences,
                                   .comment = "millimetres, RAS+; the zero level, watertight"};
     snprintf(name, sizeof name, "surface_%03d.ply", f);
-    const bool good = mesh_write_ply(run_path(track->settings.common.out, name, path, sizeof path), &zero, error) || track_fail("%s", error);
+    const bool good = mesh_write_ply(run_path(track->settings.common.out, name, path, sizeof path), &zero, error)
+        || track_fail("%s", error);
     springls_mesh_free(track->ctx, &surface);
     return good;
 }
@@ -159,7 +160,8 @@ static bool plot_volumes(const struct track *track)
         any_label = any_label || ((int)f != track->settings.reference && frame->has_label);
     }
     const struct plot_series series[2] = {{.label = "springls", .x = x, .y = x + n, .count = n, .marks = true},
-                                          {.label = "labels", .x = x, .y = x + 2 * n, .count = n, .style = 1, .marks = true, .no_line = true}};
+                                          {.label = "labels", .x = x, .y = x + 2 * n, .count = n, .style = 1, .marks = true,
+                                           .no_line = true}};
     const struct plot plot = {.title = "volume", .x_label = "frame", .y_label = "ml", .y_from_zero = true, .series = series,
                               .series_count = any_label ? 2 : 1};
     const bool good = write_plot(track, &plot, "volume.png");
@@ -184,9 +186,11 @@ static bool plot_errors(const struct track *track)
     }
     const struct plot_series landmarks[3] = {{.label = "not moved", .x = x, .y = x + n, .count = n, .style = 2, .marks = true},
                                              {.label = "carried by springls", .x = x, .y = x + 2 * n, .count = n, .marks = true},
-                                             {.label = "moved by the field", .x = x, .y = x + 3 * n, .count = n, .style = 1, .marks = true}};
+                                             {.label = "moved by the field", .x = x, .y = x + 3 * n, .count = n, .style = 1,
+                                              .marks = true}};
     const struct plot_series particles = {.label = "particles", .x = x, .y = x + 4 * n, .count = n, .marks = true};
-    struct plot plot = {.title = "mean landmark error", .x_label = "frame", .y_label = "mm", .y_from_zero = true, .series = landmarks,
+    struct plot plot = {.title = "mean landmark error", .x_label = "frame", .y_label = "mm", .y_from_zero = true,
+                        .series = landmarks,
                         .series_count = 3};
     bool good = !track->landmarks || write_plot(track, &plot, "landmarks.png");
     plot.title = "mean error of particles against the true motion";
@@ -207,10 +211,12 @@ static bool plot_steps(const struct track *track)
             x[i] = track->runs[3 * i].longest;
             y[m][i] = track->runs[3 * i + m].mean;
         }
-        series[m] = (struct plot_series){.label = track->runs[m].method, .x = x, .y = y[m], .count = TRACK_STEP_RUNS, .style = m, .marks = true};
+        series[m] = (struct plot_series){.label = track->runs[m].method, .x = x, .y = y[m], .count = TRACK_STEP_RUNS,
+                                         .style = m, .marks = true};
     }
     const struct plot plot = {.title = "one motion in 20, 5, 2 and 1 steps", .x_label = "longest step, voxels",
-                              .y_label = "mean surface error, voxels", .log_x = true, .log_y = true, .series = series, .series_count = 3};
+                              .y_label = "mean surface error, voxels", .log_x = true, .log_y = true, .series = series,
+                              .series_count = 3};
     return write_plot(track, &plot, "large_steps.png");
 }
 
@@ -229,7 +235,8 @@ static double variance_share(const struct track *track, int mode)
 static bool write_modes(const struct track *track)
 {
     const int modes = track->motion.modes < MODES_SHOWN ? track->motion.modes : MODES_SHOWN;
-    const struct atlas_mesh mean = {track->motion.mean, track->mesh.triangles, track->mesh.vertex_count, track->mesh.triangle_count};
+    const struct atlas_mesh mean = {track->motion.mean, track->mesh.triangles, track->mesh.vertex_count,
+                                    track->mesh.triangle_count};
     const size_t count = 3 * (size_t)mean.vertex_count;
     struct image pictures[3 * MODES_SHOWN];
     char captions[3 * MODES_SHOWN][48], path[1024], name[32], error[MESH_TEXT];
@@ -242,8 +249,8 @@ static bool write_modes(const struct track *track)
         free(colors);
         return good;
     }
-    struct shape_view view = {.camera = raycast_frame_points(mean.positions, (size_t)mean.vertex_count, from_the_front, upwards, 24.0f, 1.0f),
-                              .width = 420, .height = 420};
+    struct shape_view view = {.width = 420, .height = 420};
+    view.camera = raycast_frame_points(mean.positions, (size_t)mean.vertex_count, from_the_front, upwards, 24.0f, 1.0f);
     view.camera.field_of_view *= 1.25f; /* the others are larger */
     const float full = 2.0f * (float)(track->motion.deviation[0] / sqrt((double)mean.vertex_count));
     for (; good && done < 3 * modes; ++done) {
@@ -253,7 +260,8 @@ static bool write_modes(const struct track *track)
         shape_model_shape(&track->motion, weights, modes, shape);
         colors_by_offset(&mean, shape, full > 0.0f ? full : 1.0f, colors);
         const char *const which = sigma < 0 ? "-2 sigma" : sigma > 0 ? "+2 sigma" : "mean";
-        snprintf(captions[done], sizeof captions[done], "mode %d (%.0f %% of the motion), %s", m + 1, 100.0 * variance_share(track, m), which);
+        snprintf(captions[done], sizeof captions[done], "mode %d (%.0f %% of the motion), %s", m + 1,
+                 100.0 * variance_share(track, m), which);
         list[done] = captions[done];
         good = shape_picture(&mean, shape, colors, NULL, &view, &pictures[done]);
         if (!good) {
@@ -261,10 +269,12 @@ static bool write_modes(const struct track *track)
             break;
         }
         const struct mesh_ply ply = {.positions = shape, .vertex_count = (size_t)mean.vertex_count,
-                                     .indices = (const uint32_t *)(const void *)mean.triangles, .triangle_count = (size_t)mean.triangle_count,
+                                     .indices = (const uint32_t *)(const void *)mean.triangles,
+                                     .triangle_count = (size_t)mean.triangle_count,
                                      .colors = colors, .comment = "millimetres, RAS+; outward of the mean red, inward blue"};
         snprintf(name, sizeof name, "mode_%d_%s.ply", m + 1, sigma < 0 ? "minus" : sigma > 0 ? "plus" : "mean");
-        good = mesh_write_ply(run_path(track->settings.common.out, name, path, sizeof path), &ply, error) || track_fail("%s", error);
+        good = mesh_write_ply(run_path(track->settings.common.out, name, path, sizeof path), &ply, error)
+            || track_fail("%s", error);
     }
     run_path(track->settings.common.out, "modes.png", path, sizeof path);
     if (good) {
@@ -283,12 +293,15 @@ bool track_write(struct track *track)
 {
     char path[1024];
     if (track->settings.large_steps) {
-        return plot_steps(track) && track_report(track, run_path(track->settings.common.out, "large_steps.json", path, sizeof path));
+        return plot_steps(track)
+            && track_report(track, run_path(track->settings.common.out, "large_steps.json", path, sizeof path));
     }
-    const struct model_view film = {.direction = {from_the_front[0], from_the_front[1], from_the_front[2]}, .up = {0.0f, 0.0f, 1.0f},
+    const struct model_view film = {.direction = {from_the_front[0], from_the_front[1], from_the_front[2]},
+                                    .up = {0.0f, 0.0f, 1.0f},
                                     .by_correspondence = true};
     return plot_volumes(track) && plot_errors(track) && write_modes(track)
-           && (model_film_write(track->pictures, track->picture_count, &film, run_path(track->settings.common.out, "film.png", path, sizeof path))
+           && (model_film_write(track->pictures, track->picture_count, &film,
+                                run_path(track->settings.common.out, "film.png", path, sizeof path))
                || track_fail("%s: cannot draw it", path))
            && track_report(track, run_path(track->settings.common.out, "report.json", path, sizeof path));
 }
@@ -456,7 +469,8 @@ void track_print(const struct track *track)
     }
     for (int f = 0; f < track->frame_count; ++f) {
         const struct track_frame *frame = &track->frames[f];
-        printf("frame %2d: %7.1f ml, kept %d, off %.1f %%, Jacobian %.3f", f, frame->volume_ml, frame->kept, 100.0 * frame->off_surface,
+        printf("frame %2d: %7.1f ml, kept %d, off %.1f %%, Jacobian %.3f", f, frame->volume_ml, frame->kept,
+               100.0 * frame->off_surface,
                frame->jacobian_min);
         if (frame->has_label) {
             printf(", Dice %.4f (field %.4f)", frame->dice, frame->field_dice);

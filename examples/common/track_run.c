@@ -86,7 +86,8 @@ static void corners_of(const struct track *track, const float *vertices, int spr
 }
 
 /* Where a landmark is when its springl has moved: it hangs on it by the similarity transform of the triangle. */
-static void carry(const struct track *track, const springls_hit *anchor, const float start[3], const float *vertices, float carried[3])
+static void carry(const struct track *track, const springls_hit *anchor, const float start[3], const float *vertices,
+                  float carried[3])
 {
     float before[9], after[9], axes[3][3], moved[3][3], offset[3], base[3] = {0.0f, 0.0f, 0.0f};
     corners_of(track, track->mesh.positions, anchor->springl, before);
@@ -161,7 +162,8 @@ static bool copy_distance(struct track *track, float *distance)
     return true;
 }
 
-static bool compare_labels(struct track *track, int f, const struct track_motion *motion, const float *distance, struct track_frame *frame)
+static bool compare_labels(struct track *track, int f, const struct track_motion *motion, const float *distance,
+                           struct track_frame *frame)
 {
     const size_t total = volume_voxels(&track->image);
     struct volume reference = track->image;
@@ -202,7 +204,8 @@ static bool compare_springls(struct track *track, const uint32_t *before, int co
         frame->kept += i < count && ids[i] == before[i];
         springls_to_world(track->ctx, springl_item(particles, i), 1, places + 3 * i);
     }
-    const bool good = track_check(track->ctx, springls_sample_distance(track->ctx, places, particles.count, distances), "distances");
+    const bool good = track_check(track->ctx, springls_sample_distance(track->ctx, places, particles.count, distances),
+                                  "distances");
     for (int i = 0; good && i < particles.count; ++i) {
         frame->off_surface += fabsf(distances[i]) > 0.5f * track->grid.spacing[0] ? 1.0 / particles.count : 0.0;
     }

@@ -21,7 +21,8 @@ struct study {
 };
 
 /* Where the whole motion takes points: the formula of a made motion, else the field. */
-static void exact_map(const struct study *study, const struct track_motion *motion, const float *points, size_t count, float *mapped)
+static void exact_map(const struct study *study, const struct track_motion *motion, const float *points, size_t count,
+                      float *mapped)
 {
     const struct beat_time t = track_beat(study->track, study->frame);
     if (study->track->settings.beat > 0) {
@@ -44,7 +45,8 @@ static bool compare(const struct study *study, struct track_step_run *run)
         return false;
     }
     const struct surface a = {found.positions, (const uint32_t *)(const void *)found.triangles, (size_t)found.triangle_count};
-    const struct surface b = {study->exact, (const uint32_t *)(const void *)track->mesh.triangles, (size_t)track->mesh.triangle_count};
+    const struct surface b = {study->exact, (const uint32_t *)(const void *)track->mesh.triangles,
+                              (size_t)track->mesh.triangle_count};
     const bool good = metrics_surface_distances(&a, &b, 0, side, &d);
     double exact_volume = 0.0;
     for (size_t t = 0; t < b.triangle_count; ++t) { /* divergence theorem */
@@ -133,7 +135,8 @@ static bool advect_level_set(const struct study *study, void (*scheme)(const str
     for (int s = 0; good && s < steps; ++s) {
         scheme(study);
         memcpy(study->phi, study->other, bytes);
-        good = springls_set_level_set(track->ctx, study->phi) == SPRINGLS_OK && springls_copy_level_set(track->ctx, study->phi) == SPRINGLS_OK;
+        good = springls_set_level_set(track->ctx, study->phi) == SPRINGLS_OK
+            && springls_copy_level_set(track->ctx, study->phi) == SPRINGLS_OK;
     }
     return good;
 }
@@ -184,7 +187,8 @@ static bool run_all(const struct study *study, int steps)
 bool track_large_steps(struct track *track)
 {
     const size_t voxels = volume_voxels(&track->grid);
-    const int chosen = track->settings.frame, half_way = (track->settings.reference + track->frame_count / 2) % track->frame_count;
+    const int chosen = track->settings.frame;
+    const int half_way = (track->settings.reference + track->frame_count / 2) % track->frame_count;
     struct study study = {.track = track, .frame = chosen >= 0 ? chosen : half_way};
     const double begin = elapsed_seconds();
     track->settings.frame = study.frame;
