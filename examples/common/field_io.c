@@ -64,6 +64,21 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
     return true;
 }
 
+/* Can a rotation and the voxel sizes alone place the voxels? */
+static bool perpendicular(const struct volume *grid)
+{
+    float most = 0.0f;
+    for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3;
+        float dot = 0.0f;
+        for (int r = 0; r < 3; ++r) {
+            dot += grid->direction[r][a] * grid->direction[r][b];
+        }
+        most = fmaxf(most, fabsf(dot));
+    }
+    return most < 1e-4f;
+}
+
 static nifti_1_header make_header(const struct volume *grid)
 {
     nifti_1_header h;
@@ -82,7 +97,7 @@ static nifti_1_header make_header(const struct volume *grid)
         h.srow_y[c] = (float)grid->affine[1][c];
         h.srow_z[c] = (float)grid->affine[2][c];
     }
-    /* Some programs read the qform only: given whenever the axes are perpendicular enough to be a rotation. */
+    /* Some programs read the qform only: given wherever it can say the same. */
     nifti_dmat44 m;
     double qb, qc, qd, qx, qy, qz, dx, dy, dz, qfac;
     memcpy(m.m, grid->affine, sizeof m.m);
@@ -90,7 +105,8 @@ static nifti_1_header make_header(const struct volume *grid)
     h.pixdim[0] = (float)qfac;
     h.quatern_b = (float)qb, h.quatern_c = (float)qc, h.quatern_d = (float)qd;
     h.qoffset_x = (float)qx, h.qoffset_y = (float)qy, h.qoffset_z = (float)qz;
-    h.qform_code = h.sform_code = NIFTI_XFORM_SCANNER_ANAT;
+    h.sform_code = NIFTI_XFORM_SCANNER_ANAT;
+    h.qform_code = perpendicular(grid) ? NIFTI_XFORM_SCANNER_ANAT : NIFTI_XFORM_UNKNOWN;
     h.datatype = DT_FLOAT32;
     h.bitpix = 32;
     h.vox_offset = (float)(sizeof h + 4);
