@@ -107,7 +107,7 @@ void track_motion_free(struct track_motion *motion)
 springls_sampled_field track_velocity(const struct track *track, const struct field *field, float *values)
 {
     const struct volume *grid = &track->grid;
-    const springls_sampled_field sampled = {values, segment_model_grid(&field->grid)};
+    const springls_sampled_field sampled = {values, segment_model_grid(&field->grid), 0};
     for (size_t n = 0; n < volume_voxels(&field->grid); ++n) {
         for (int a = 0; a < 3; ++a) { /* the model's axes are perpendicular: the transposed matrix is the inverse */
             const float axis[3] = {grid->direction[0][a], grid->direction[1][a], grid->direction[2][a]};
