@@ -22,7 +22,7 @@ MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
                 $(if $(filter 0,$(OPENMP)),,-fopenmp) $(NIFTI) $(CFLAGS)
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
-                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(filter 1,$(WITH_OPENCL)),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
+                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(OPENCL),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
@@ -37,6 +37,8 @@ ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/c
 # What of that the atlas does without.
 NOT_ATLAS    := $(filter-out $(addprefix examples/common/,atlas%.c run_options.c segment_model.c),$(ON_SPRINGLS))
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
+# Tests have OpenCL where its headers are; the parts have no text for it.
+OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
 # Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
@@ -149,9 +151,9 @@ endif
 
 # The library's tests run a second time, with their contexts on OpenCL, beside those that are about OpenCL. Under a sanitizer
 # they do not: what a driver does with memory and threads is its own affair.
-OPENCL_FILES  := $(if $(filter 1,$(WITH_OPENCL)),$(wildcard tests/test_opencl_*.c))
+OPENCL_FILES  := $(if $(OPENCL),$(wildcard tests/test_opencl_*.c))
 WITH_CONTEXTS := $(filter-out tests/test_examples_% tests/test_opencl_%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/test_*.c))
-DEVICE_TESTS  := $(if $(VARIANT),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(WITH_CONTEXTS) $(OPENCL_FILES)))
+DEVICE_TESTS  := $(if $(VARIANT)$(filter 1,$(PARTS)),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(WITH_CONTEXTS) $(OPENCL_FILES)))
 
 # A library that stands before OpenCL's and fails on demand.
 $(TEST_DIR)/opencl_stub.so: tests/opencl_stub.c tests/opencl_stub.h $(TEST_DIR)/settings
