@@ -202,7 +202,7 @@ build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/setting
 BENCH_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,bench memory openvdb_advection)
 PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
 
-bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, compile time (GRID=128)
+bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time (GRID=128; ONLY=opencl)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" build/bench/bench
 

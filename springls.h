@@ -5881,6 +5881,8 @@ struct springls_backend {
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
     /* Device memory of a buffer gets these bytes. */
     springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
+    springls_status (*finish)(springls_context *ctx); /* waits until everything asked for is done */
+    bool timed;                                       /* every stage ends with that            */
     springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
     size_t user_bytes;
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);
@@ -6740,7 +6742,9 @@ SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage 
 
 SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stage, double started)
 {
-    double seconds = springls__now(ctx) - started;
+    double seconds;
+    if (ctx->on_device && ctx->backend->timed && ctx->backend->finish(ctx) != SPRINGLS_OK) springls__leave_backend(ctx);
+    seconds = springls__now(ctx) - started;
     ctx->stats.seconds[stage] += seconds;
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
 }
@@ -16281,7 +16285,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16285 \"springls.h\"\n",
+    "#line 16289 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16695,7 +16699,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16699 \"springls.h\"\n",
+    "#line 16703 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16893,7 +16897,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16897 \"springls.h\"\n",
+    "#line 16901 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

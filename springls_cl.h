@@ -43,6 +43,7 @@ typedef struct springls_cl_desc {
     void *queue;              /* cl_command_queue of the caller, in order, retained; NULL: a new one             */
     const char *library;      /* file name of the OpenCL library; NULL: the system's                             */
     int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor          */
+    bool timed;               /* waits at the end of every stage: springls_stats.seconds are then the stages' own */
     springls_velocity_fn velocity; /* a force callback ... */
     const char *velocity_source;   /* ... and the same in OpenCL C, which is run instead of it on the device:
                                       float3 springls_velocity(float3 x, float time, __global const float *user) */
@@ -243,6 +244,12 @@ SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, spring
     cl->counts.uploads++;
     cl->counts.bytes_up += bytes;
     return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, memory, CL_TRUE, 0, bytes, buffer->data, 0, NULL, NULL), "upload");
+}
+
+SPRINGLS__FN springls_status springls__cl_finish(springls_context *ctx)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    return springls__cl_check(ctx, cl->Finish(cl->queue), "wait");
 }
 
 SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes)
@@ -713,6 +720,8 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.release = springls__cl_release;
     cl->base.transfer = springls__cl_transfer;
     cl->base.upload = springls__cl_upload;
+    cl->base.finish = springls__cl_finish;
+    cl->base.timed = desc->timed;
     cl->base.user_velocity = desc->velocity;
     cl->base.user_bytes = desc->velocity ? desc->velocity_user_bytes : 0;
     cl->base.run = springls__cl_run;
