@@ -11061,16 +11061,17 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
-/* The host's copy of what can be read from a model; it changes nothing that anybody can see. */
-SPRINGLS__FN springls_status springls__use_host_const(const springls_context *ctx)
+/* Brings what is about to be read; it changes nothing that anybody can see. */
+SPRINGLS__FN springls_status springls__bring(const springls_context *ctx, uint64_t reads)
 {
-    return ctx ? springls__use_host((springls_context *)ctx, false) : SPRINGLS_OK;
+    springls_context *owner = (springls_context *)ctx;
+    return owner ? springls__told(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const void *data, size_t stride)
+SPRINGLS__FN springls_view springls__view(const springls_context *ctx, uint64_t array, const void *data, size_t stride)
 {
     springls_view view;
-    springls__use_host_const(ctx);
+    springls__bring(ctx, array);
     view.count = springls_count(ctx);
     view.data = view.count ? (const float *)data : NULL;
     view.stride = stride;
@@ -11079,28 +11080,28 @@ SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const voi
 
 SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx && ctx->model.set.s ? ctx->model.set.s->q : NULL, sizeof(springls__springl));
+    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? ctx->model.set.s->q : NULL, sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
+    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx ? ctx->model.set.a : NULL, sizeof(springls__v3));
+    return springls__view(ctx, SPRINGLS__BIT(A), ctx ? ctx->model.set.a : NULL, sizeof(springls__v3));
 }
 
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx)
 {
-    springls__use_host_const(ctx);
+    springls__bring(ctx, SPRINGLS__BIT(ID));
     return ctx ? ctx->model.set.id : NULL;
 }
 
 SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx)
 {
-    springls__use_host_const(ctx);
+    springls__bring(ctx, SPRINGLS__BIT(GENERATION));
     return ctx ? ctx->model.set.generation : NULL;
 }
 
@@ -11108,7 +11109,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -11128,7 +11129,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(S)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -11150,7 +11151,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
@@ -11367,7 +11368,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    springls__use_host_const(ctx);
+    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -16286,7 +16287,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16290 \"springls.h\"\n",
+    "#line 16291 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16700,7 +16701,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16704 \"springls.h\"\n",
+    "#line 16705 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16898,7 +16899,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16902 \"springls.h\"\n",
+    "#line 16903 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
