@@ -126,7 +126,7 @@ demo: deps-demo   ## from nothing to results: set-up, build, two programs run in
 # holds the library for all its files. Where its libraries
 # cannot be had these tests skip themselves.
 ifeq ($(WITH_LIBRARIES),1)
-$(TEST_DIR)/test_examples_%: tests/test_examples_%.c springls.h $(TEST_DIR)/settings $(wildcard examples/common/*.[ch])
+$(TEST_DIR)/test_examples_%: tests/test_examples_%.c springls.h springls_cl.h $(TEST_DIR)/settings $(wildcard examples/common/*.[ch])
 	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -DTEST_EXAMPLES_COMMON -o $@ $< \
 	  $(filter-out $(if $(findstring test_examples_atlas,$@),$(NOT_ATLAS),$(ON_SPRINGLS)),$(wildcard examples/common/*.c)) \
 	  $(EXAMPLE_LIBS)
