@@ -21,7 +21,7 @@ int main(int argc, char **argv)
 #else
 
 #define SPRINGLS_IMPLEMENTATION
-#include "../springls.h"
+#include "../springls_cl.h"
 
 #include "../examples/common/atlas.h"
 #include "../examples/common/mesh_io.h"
