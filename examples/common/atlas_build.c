@@ -142,7 +142,8 @@ static bool make_correspondences(struct atlas_build *build)
         if (good && round + 1 < rounds) { /* again, from the mean shape */
             const int cells = build->template.cells;
             atlas_template_free(&build->template);
-            good = atlas_template_create(mean, first->target.open, false, cells, &build->params, build->backend, &build->template);
+            good = atlas_template_create(mean, first->target.open, false, cells, &build->params, build->backend,
+                                         &build->template);
         }
     }
     progress_end(&bar);
