@@ -318,8 +318,7 @@
        DATA FLOW). Threads of that size break.
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
-     - No OpenCL host yet: everything runs on the CPU. springls_kernel_source() has the text of the maths for hosts of
-       your own. It holds functions, no __kernel entry points yet.
+     - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
      - Snapshots and attribute channels are not there yet.
 
 
@@ -2795,7 +2794,7 @@ typedef struct springls__fit_result {
     int ok; /* 0: too few neighbours, or they lie on a line */
 } springls__fit_result;
 
-/* Solves for the first `terms` coefficients by Cholesky; returns 0 when the matrix is close to singular. */
+/* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */
 SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)
 {
     springls__fit_result result;
@@ -2805,6 +2804,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     result.point = fit.origin;
     result.normal = fit.n;
     result.a = fit.a0;
+    if (terms == 0) return result;
     for (i = 0; i < terms; i++) {
         for (j = 0; j <= i; j++) {
             float sum = fit.normal_matrix[i * (i + 1) / 2 + j];
@@ -11061,16 +11061,17 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
-/* The host's copy of what can be read from a model; it changes nothing that anybody can see. */
-SPRINGLS__FN springls_status springls__use_host_const(const springls_context *ctx)
+/* Brings what is about to be read; it changes nothing that anybody can see. */
+SPRINGLS__FN springls_status springls__bring(const springls_context *ctx, uint64_t reads)
 {
-    return ctx ? springls__use_host((springls_context *)ctx, false) : SPRINGLS_OK;
+    springls_context *owner = (springls_context *)ctx;
+    return owner ? springls__told(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const void *data, size_t stride)
+SPRINGLS__FN springls_view springls__view(const springls_context *ctx, uint64_t array, const void *data, size_t stride)
 {
     springls_view view;
-    springls__use_host_const(ctx);
+    springls__bring(ctx, array);
     view.count = springls_count(ctx);
     view.data = view.count ? (const float *)data : NULL;
     view.stride = stride;
@@ -11079,28 +11080,28 @@ SPRINGLS__FN springls_view springls__view(const springls_context *ctx, const voi
 
 SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx && ctx->model.set.s ? ctx->model.set.s->q : NULL, sizeof(springls__springl));
+    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? ctx->model.set.s->q : NULL, sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
+    return springls__view(ctx, SPRINGLS__BIT(S), ctx && ctx->model.set.s ? &ctx->model.set.s->p : NULL, sizeof(springls__springl));
 }
 
 SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx)
 {
-    return springls__view(ctx, ctx ? ctx->model.set.a : NULL, sizeof(springls__v3));
+    return springls__view(ctx, SPRINGLS__BIT(A), ctx ? ctx->model.set.a : NULL, sizeof(springls__v3));
 }
 
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx)
 {
-    springls__use_host_const(ctx);
+    springls__bring(ctx, SPRINGLS__BIT(ID));
     return ctx ? ctx->model.set.id : NULL;
 }
 
 SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx)
 {
-    springls__use_host_const(ctx);
+    springls__bring(ctx, SPRINGLS__BIT(GENERATION));
     return ctx ? ctx->model.set.generation : NULL;
 }
 
@@ -11108,7 +11109,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -11128,7 +11129,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(S)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -11150,7 +11151,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
@@ -11367,7 +11368,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    springls__use_host_const(ctx);
+    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -11388,7 +11389,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 549 \"springls.h\"\n",
+    "#line 548 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -11473,7 +11474,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 970 \"springls.h\"\n",
+    "#line 969 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -11537,7 +11538,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1035 \"springls.h\"\n",
+    "#line 1034 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11680,7 +11681,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1179 \"springls.h\"\n",
+    "#line 1178 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11747,7 +11748,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1247 \"springls.h\"\n",
+    "#line 1246 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11996,7 +11997,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1497 \"springls.h\"\n",
+    "#line 1496 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -12232,7 +12233,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1734 \"springls.h\"\n",
+    "#line 1733 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -12361,7 +12362,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1864 \"springls.h\"\n",
+    "#line 1863 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12479,7 +12480,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1983 \"springls.h\"\n",
+    "#line 1982 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12541,7 +12542,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2046 \"springls.h\"\n",
+    "#line 2045 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12739,7 +12740,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2245 \"springls.h\"\n",
+    "#line 2244 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12903,7 +12904,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2410 \"springls.h\"\n",
+    "#line 2409 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12929,7 +12930,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2437 \"springls.h\"\n",
+    "#line 2436 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -12998,7 +12999,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2507 \"springls.h\"\n",
+    "#line 2506 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -13049,7 +13050,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2559 \"springls.h\"\n",
+    "#line 2558 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -13223,7 +13224,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2734 \"springls.h\"\n",
+    "#line 2733 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13288,7 +13289,7 @@ static const char *const springls__kernel_lines[] = {
     "    int ok; /* 0: too few neighbours, or they lie on a line */\n",
     "} springls__fit_result;\n",
     "\n",
-    "/* Solves for the first `terms` coefficients by Cholesky; returns 0 when the matrix is close to singular. */\n",
+    "/* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)\n",
     "{\n",
     "    springls__fit_result result;\n",
@@ -13298,6 +13299,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.point = fit.origin;\n",
     "    result.normal = fit.n;\n",
     "    result.a = fit.a0;\n",
+    "    if (terms == 0) return result;\n",
     "    for (i = 0; i < terms; i++) {\n",
     "        for (j = 0; j <= i; j++) {\n",
     "            float sum = fit.normal_matrix[i * (i + 1) / 2 + j];\n",
@@ -16285,7 +16287,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16289 \"springls.h\"\n",
+    "#line 16291 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16699,7 +16701,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16703 \"springls.h\"\n",
+    "#line 16705 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16897,7 +16899,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16901 \"springls.h\"\n",
+    "#line 16903 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

@@ -64,6 +64,11 @@ SPRINGLS_API const char *springls_cl_name(const springls_backend *backend);
 /* True when the device rounds as C does: then results are the scalar backend's, bit by bit. */
 SPRINGLS_API bool springls_cl_exact(const springls_backend *backend);
 
+/* The device's memory (cl_mem) of the springls, springls_count of them in 64 bytes each: 12 floats q0 q1 q2 p in voxels, and 4 that are
+   private. For drawing without a way over the host: to be read only, in the backend's queue, until the next call with ctx. NULL for
+   an empty model, or one without this backend. */
+SPRINGLS_API void *springls_cl_springls(springls_context *ctx);
+
 /* What has been done so far, by all contexts: kernels started, and bytes that went each way. */
 typedef struct springls_cl_counts { uint64_t kernels, uploads, downloads, bytes_up, bytes_down; } springls_cl_counts;
 SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *backend);
@@ -760,6 +765,17 @@ SPRINGLS_API const char *springls_cl_name(const springls_backend *backend)
 SPRINGLS_API bool springls_cl_exact(const springls_backend *backend)
 {
     return backend && ((const springls__cl *)(const void *)backend)->exact;
+}
+
+SPRINGLS_API void *springls_cl_springls(springls_context *ctx)
+{
+    if (!ctx || !ctx->backend || ctx->model.set.count == 0) return NULL;
+    springls__use_device(ctx);
+    if (springls__to_device(ctx, 0) != SPRINGLS_OK) {
+        springls__told(ctx, springls__leave_backend(ctx));
+        return NULL;
+    }
+    return ctx->memory[SPRINGLS__ARRAY_S].device;
 }
 
 SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *backend)

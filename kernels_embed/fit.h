@@ -62,7 +62,7 @@ typedef struct springls__fit_result {
     int ok; /* 0: too few neighbours, or they lie on a line */
 } springls__fit_result;
 
-/* Solves for the first `terms` coefficients by Cholesky; returns 0 when the matrix is close to singular. */
+/* Solves for the first `terms` coefficients by Cholesky; not ok when there are none, or the matrix is close to singular. */
 SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)
 {
     springls__fit_result result;
@@ -72,6 +72,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int 
     result.point = fit.origin;
     result.normal = fit.n;
     result.a = fit.a0;
+    if (terms == 0) return result;
     for (i = 0; i < terms; i++) {
         for (j = 0; j <= i; j++) {
             float sum = fit.normal_matrix[i * (i + 1) / 2 + j];
