@@ -27,6 +27,7 @@
 #define springls_cl_name SPRINGLS__NAME(springls_cl_name)
 #define springls_cl_exact SPRINGLS__NAME(springls_cl_exact)
 #define springls_cl_get_counts SPRINGLS__NAME(springls_cl_get_counts)
+#define springls_cl_springls SPRINGLS__NAME(springls_cl_springls)
 #endif
 
 #ifdef __cplusplus

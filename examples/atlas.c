@@ -4,7 +4,7 @@
  *   atlas build a.stl b.stl c.stl --landmarks marks --out tori
  *   atlas segment scan.nii.gz --atlas hippocampus/atlas.json --out result */
 #define SPRINGLS_IMPLEMENTATION
-#include "springls.h"
+#include "springls_cl.h"
 
 #include "common/atlas.h"
 #include "common/run_options.h"

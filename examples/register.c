@@ -7,7 +7,7 @@
  * The field takes points of the fixed image to the moving one, so the moving image, read at the places that the field says,
  * looks like the fixed one. Method: common/register.h. Files: common/field.h, which says how ITK and elastix see them. */
 #define SPRINGLS_IMPLEMENTATION
-#include "springls.h"
+#include "springls_cl.h"
 
 #include "common/field.h"
 #include "common/json.h"

@@ -10,7 +10,7 @@
  * one; each displacement field moves the springls in one step of Algorithm 3, as far as it goes. Nothing is resampled, so
  * springl i is the same piece of the body in every frame. */
 #define SPRINGLS_IMPLEMENTATION
-#include "springls.h"
+#include "springls_cl.h"
 
 #include "common/run_options.h"
 #include "common/track.h"

@@ -86,7 +86,7 @@ struct atlas_template {
 /* With `cut`, closed surfaces are cut afresh by the model's own zero level; open ones keep their triangles. cells: voxels
  * along the longest side; 0: 32, or 64 where the zero level would be a voxel off at more than 0.2 % of the surface's vertices. */
 bool atlas_template_create(const struct atlas_mesh *from, bool open, bool cut, int cells, const springls_params *params,
-                           struct atlas_template *template);
+                           springls_backend *backend, struct atlas_template *template);
 void atlas_template_free(struct atlas_template *template);
 
 /* Lays the template's springls on the subject: subject->pose, shape, distances. */
@@ -119,6 +119,7 @@ struct atlas_build {
     struct atlas atlas;
     struct shape_curves curves;
     struct atlas_truth truth;
+    springls_backend *backend;
     double seconds, correspond_seconds;
 };
 
@@ -203,6 +204,7 @@ struct atlas_segment {
     struct volume image, reference;
     struct atlas_view view;
     struct atlas_placing placing;
+    springls_backend *backend;
     springls_context *ctx;
     struct atlas_mesh stages[ATLAS_STAGES], truth;
     struct atlas_stage results[ATLAS_STAGES];

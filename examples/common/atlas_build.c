@@ -2,6 +2,7 @@
 #include "atlas.h"
 
 #include "progress.h"
+#include "run_options.h"
 #include "vec3.h"
 
 #include <math.h>
@@ -128,7 +129,9 @@ static bool make_correspondences(struct atlas_build *build)
     const int rounds = set->count > 1 ? set->rounds : 1;
     struct progress bar;
     progress_begin(&bar, "atlas build", (size_t)(rounds * set->count), !atlas_may_print(&set->common));
-    bool good = atlas_template_create(&first->mesh, first->target.open, true, set->common.grid, &build->params, &build->template);
+    build->backend = run_backend("atlas build", &set->common);
+    bool good = atlas_template_create(&first->mesh, first->target.open, true, set->common.grid, &build->params, build->backend,
+                                      &build->template);
     for (int round = 0; good && round < rounds; ++round) {
         good = place_landmarks(build, round) && correspond(build, round, &bar);
         struct atlas_mesh *mean = &build->atlas.mean;
@@ -139,7 +142,8 @@ static bool make_correspondences(struct atlas_build *build)
         if (good && round + 1 < rounds) { /* again, from the mean shape */
             const int cells = build->template.cells;
             atlas_template_free(&build->template);
-            good = atlas_template_create(mean, first->target.open, false, cells, &build->params, &build->template);
+            good = atlas_template_create(mean, first->target.open, false, cells, &build->params, build->backend,
+                                         &build->template);
         }
     }
     progress_end(&bar);
@@ -226,6 +230,7 @@ void atlas_build_free(struct atlas_build *build)
     free(build->subjects);
     free(build->shapes);
     atlas_template_free(&build->template);
+    springls_cl_destroy(build->backend);
     shape_curves_free(&build->curves);
     atlas_free(&build->atlas);
 }

@@ -35,8 +35,8 @@ static void bounds(const struct atlas_mesh *mesh, float lo[3], float hi[3])
 }
 
 /* A grid of `cells` voxels along the longest side of the mesh, and half of that more on every side: subjects differ. */
-static bool create_model(const struct atlas_mesh *mesh, int cells, const springls_params *params, double *voxel,
-                         springls_context **ctx) {
+static bool create_model(const struct atlas_mesh *mesh, int cells, const springls_params *params, springls_backend *backend,
+                         double *voxel, springls_context **ctx) {
     float lo[3], hi[3];
     springls_desc desc;
     memset(&desc, 0, sizeof desc);
@@ -49,6 +49,7 @@ static bool create_model(const struct atlas_mesh *mesh, int cells, const springl
         desc.grid.origin[k] = (double)lo[k] - margin;
     }
     desc.params = params;
+    desc.backend = backend;
     const springls_status status = springls_create(&desc, ctx);
     return status == SPRINGLS_OK || atlas_fail("model: %s", springls_status_string(status));
 }
@@ -117,7 +118,7 @@ static bool cut_surface(const struct atlas_mesh *from, struct atlas_template *te
 }
 
 bool atlas_template_create(const struct atlas_mesh *from, bool open, bool cut, int cells, const springls_params *params,
-                           struct atlas_template *template)
+                           springls_backend *backend, struct atlas_template *template)
 {
     double center[3];
     float lost = 1.0f;
@@ -130,7 +131,7 @@ bool atlas_template_create(const struct atlas_mesh *from, bool open, bool cut, i
         springls_destroy(template->ctx);
         atlas_mesh_free(&template->mesh);
         template->ctx = NULL;
-        good = create_model(from, cells, params, &template->voxel, &template->ctx);
+        good = create_model(from, cells, params, backend, &template->voxel, &template->ctx);
         if (good && cut && !open) {
             good = cut_surface(from, template, &lost);
         } else {

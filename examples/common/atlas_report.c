@@ -109,6 +109,7 @@ static bool report(const struct atlas_build *build, const char *path)
     report_subjects(&json, build);
     json_number(&json, "seconds_correspond", build->correspond_seconds);
     json_number(&json, "seconds", build->seconds);
+    json_string(&json, "backend", run_backend_name(build->backend));
     json_integer(&json, "threads", run_threads());
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);

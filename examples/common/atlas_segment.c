@@ -9,6 +9,7 @@
 
 #include "gvf.h"
 #include "progress.h"
+#include "run_options.h"
 #include "segment_image.h"
 #include "segment_model.h"
 #include "vec3.h"
@@ -134,6 +135,7 @@ static bool start_springls(struct atlas_segment *run, const struct field *field)
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(&field->pressure);
     desc.params = &run->params;
+    desc.backend = run->backend = run_backend("atlas segment", &run->settings.common);
     if (springls_create(&desc, &run->ctx) != SPRINGLS_OK) {
         return atlas_fail("no model of this size");
     }
@@ -342,6 +344,7 @@ void atlas_segment_free(struct atlas_segment *run)
     volume_free(&run->image);
     volume_free(&run->reference);
     springls_destroy(run->ctx);
+    springls_cl_destroy(run->backend);
     free(run->placing.shape);
     free(run->regions);
 }

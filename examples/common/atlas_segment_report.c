@@ -67,6 +67,7 @@ static bool report(const struct atlas_segment *run, const char *path)
     }
     json_array_end(&json);
     json_number(&json, "seconds", run->seconds);
+    json_string(&json, "backend", run_backend_name(run->backend));
     json_integer(&json, "threads", run_threads());
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);

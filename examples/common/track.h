@@ -67,6 +67,7 @@ struct track {
     int frame_count, labelled;     /* images; label maps */
     struct beat beat;
     struct volume grid;            /* of the model: cubes */
+    springls_backend *backend;
     springls_context *ctx;
     springls_mesh mesh;            /* the reference's surface: triangle i is springl i, */
     int corner[3];                 /* whose corner k is the triangle's corner[k]: mirrored grids turn triangles round */

@@ -334,6 +334,7 @@ static bool make_model(struct track *track)
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(&track->grid);
     desc.params = &track->params;
+    desc.backend = track->backend = run_backend("track4d", &track->settings.common);
     return run_create("track4d", &desc, &track->ctx) == CLI_GO_ON && make_level_set(track)
            && track_check(track->ctx, springls_set_level_set(track->ctx, track->grid.data), "reference")
            && track_check(track->ctx, springls_extract_mesh(track->ctx, &track->mesh), "reference") && track_reference(track)

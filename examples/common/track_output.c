@@ -424,6 +424,7 @@ bool track_report(const struct track *track, const char *path)
     json_string(&json, "params", set->common.params);
     json_number(&json, "voxel_mm", (double)track->grid.spacing[0]);
     json_integer(&json, "springls", track->mesh.triangle_count);
+    json_string(&json, "backend", run_backend_name(track->backend));
     json_integer(&json, "threads", run_threads());
     json_number(&json, "seconds", track->seconds);
     json_number(&json, "peak_rss_mib", peak_rss_mib());
@@ -503,6 +504,7 @@ void track_free(struct track *track)
     }
     springls_mesh_free(track->ctx, &track->mesh);
     springls_destroy(track->ctx);
+    springls_cl_destroy(track->backend);
     shape_model_free(&track->motion);
     volume_free(&track->image);
     volume_free(&track->grid);
