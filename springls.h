@@ -6567,8 +6567,9 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 /* The first bytes of an array, to be read here and then forgotten. */
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
-    if (ctx->backend_status != SPRINGLS_OK || !ctx->memory[array].host_stale) return ctx->backend_status;
-    return ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true);
+    if (ctx->lost) return ctx->backend_status;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK) return SPRINGLS_OK;
+    return springls__leave_backend(ctx);
 }
 
 /* Stages run on the device ... */
@@ -11270,11 +11271,14 @@ SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx,
 
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
 {
+    springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
     springls__use_device(ctx);
-    return springls__told(ctx, springls__dressed_isosurface(ctx, out));
+    status = springls__told(ctx, springls__dressed_isosurface(ctx, out));
+    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
+    return status;
 }
 
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
@@ -16283,7 +16287,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16287 \"springls.h\"\n",
+    "#line 16291 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16697,7 +16701,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16701 \"springls.h\"\n",
+    "#line 16705 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16895,7 +16899,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16899 \"springls.h\"\n",
+    "#line 16903 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
