@@ -6568,8 +6568,9 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 /* The first bytes of an array, to be read here and then forgotten. */
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
-    if (ctx->backend_status != SPRINGLS_OK || !ctx->memory[array].host_stale) return ctx->backend_status;
-    return ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true);
+    if (ctx->lost) return ctx->backend_status;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK) return SPRINGLS_OK;
+    return springls__leave_backend(ctx);
 }
 
 /* Stages run on the device ... */
@@ -11274,11 +11275,14 @@ SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx,
 
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
 {
+    springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
     springls__use_device(ctx);
-    return springls__told(ctx, springls__dressed_isosurface(ctx, out));
+    status = springls__told(ctx, springls__dressed_isosurface(ctx, out));
+    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
+    return status;
 }
 
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)

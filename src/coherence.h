@@ -87,8 +87,9 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 /* The first bytes of an array, to be read here and then forgotten. */
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
-    if (ctx->backend_status != SPRINGLS_OK || !ctx->memory[array].host_stale) return ctx->backend_status;
-    return ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true);
+    if (ctx->lost) return ctx->backend_status;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK) return SPRINGLS_OK;
+    return springls__leave_backend(ctx);
 }
 
 /* Stages run on the device ... */

@@ -106,11 +106,14 @@ SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx,
 
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
 {
+    springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
     springls__use_device(ctx);
-    return springls__told(ctx, springls__dressed_isosurface(ctx, out));
+    status = springls__told(ctx, springls__dressed_isosurface(ctx, out));
+    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
+    return status;
 }
 
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
