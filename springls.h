@@ -4820,17 +4820,26 @@ SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *
     return owner;
 }
 
-/* The edges with a vertex that belongs to a cube. */
+/* The edges with a vertex that belongs to a cube: those furthest from the cubes before it and, where those are in other bricks, some
+   of the rest. */
 SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
 {
     uint32_t own = 0u;
     int edge;
+    bool first[3];
+    first[0] = (x & 7) == 0;
+    first[1] = (y & 7) == 0;
+    first[2] = (z & 7) == 0;
     for (edge = 0; edge < 12; edge++) {
-        int a = springls__mc_edge_corner(edge), b = a | 1 << springls__mc_edge_axis(edge);
+        int axis = springls__mc_edge_axis(edge), a = springls__mc_edge_corner(edge);
         springls__vertex_owner owner;
-        if (((mask >> a ^ mask >> b) & 1) == 0) continue;
-        owner = springls__owner_of(g, x, y, z, edge);
-        if (owner.cube[0] == x && owner.cube[1] == y && owner.cube[2] == z) own |= 1u << edge;
+        if (!((edge & 1) || first[axis == 0 ? 1 : 0]) || !((edge & 2) || first[axis == 2 ? 1 : 2])) continue;
+        if (((mask >> a ^ mask >> (a | 1 << axis)) & 1) == 0) continue;
+        if ((edge & 3) != 3) {
+            owner = springls__owner_of(g, x, y, z, edge);
+            if (owner.cube[0] != x || owner.cube[1] != y || owner.cube[2] != z) continue;
+        }
+        own |= 1u << edge;
     }
     return own;
 }
@@ -4919,9 +4928,10 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
     SPRINGLS__BARRIER;
     if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
     for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
+        uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];
         springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
-        for (x = 0; x < 9; x++)
-            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;
+        for (x = 0; x < 9 && vertices > 0u; x++)
+            if (cubes[9 * n + x]) cubes[9 * n + x] += vertices << 20;
     }
 }
 
@@ -15306,17 +15316,26 @@ static const char *const springls__kernel_lines[] = {
     "    return owner;\n",
     "}\n",
     "\n",
-    "/* The edges with a vertex that belongs to a cube. */\n",
+    "/* The edges with a vertex that belongs to a cube: those furthest from the cubes before it and, where those are in other bricks, some\n",
+    "   of the rest. */\n",
     "SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)\n",
     "{\n",
     "    uint32_t own = 0u;\n",
     "    int edge;\n",
+    "    bool first[3];\n",
+    "    first[0] = (x & 7) == 0;\n",
+    "    first[1] = (y & 7) == 0;\n",
+    "    first[2] = (z & 7) == 0;\n",
     "    for (edge = 0; edge < 12; edge++) {\n",
-    "        int a = springls__mc_edge_corner(edge), b = a | 1 << springls__mc_edge_axis(edge);\n",
+    "        int axis = springls__mc_edge_axis(edge), a = springls__mc_edge_corner(edge);\n",
     "        springls__vertex_owner owner;\n",
-    "        if (((mask >> a ^ mask >> b) & 1) == 0) continue;\n",
-    "        owner = springls__owner_of(g, x, y, z, edge);\n",
-    "        if (owner.cube[0] == x && owner.cube[1] == y && owner.cube[2] == z) own |= 1u << edge;\n",
+    "        if (!((edge & 1) || first[axis == 0 ? 1 : 0]) || !((edge & 2) || first[axis == 2 ? 1 : 2])) continue;\n",
+    "        if (((mask >> a ^ mask >> (a | 1 << axis)) & 1) == 0) continue;\n",
+    "        if ((edge & 3) != 3) {\n",
+    "            owner = springls__owner_of(g, x, y, z, edge);\n",
+    "            if (owner.cube[0] != x || owner.cube[1] != y || owner.cube[2] != z) continue;\n",
+    "        }\n",
+    "        own |= 1u << edge;\n",
     "    }\n",
     "    return own;\n",
     "}\n",
@@ -15405,9 +15424,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER;\n",
     "    if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;\n",
     "    for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {\n",
+    "        uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];\n",
     "        springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];\n",
-    "        for (x = 0; x < 9; x++)\n",
-    "            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;\n",
+    "        for (x = 0; x < 9 && vertices > 0u; x++)\n",
+    "            if (cubes[9 * n + x]) cubes[9 * n + x] += vertices << 20;\n",
     "    }\n",
     "}\n",
     "\n",
@@ -15491,7 +15511,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5010 \"springls.h\"\n",
+    "#line 5020 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15731,7 +15751,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5251 \"springls.h\"\n",
+    "#line 5261 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15762,7 +15782,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5283 \"springls.h\"\n",
+    "#line 5293 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15969,7 +15989,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5491 \"springls.h\"\n",
+    "#line 5501 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -16077,7 +16097,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5600 \"springls.h\"\n",
+    "#line 5610 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -16213,7 +16233,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5737 \"springls.h\"\n",
+    "#line 5747 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -16291,7 +16311,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16295 \"springls.h\"\n",
+    "#line 16315 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16705,7 +16725,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16709 \"springls.h\"\n",
+    "#line 16729 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16903,7 +16923,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16907 \"springls.h\"\n",
+    "#line 16927 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
