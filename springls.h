@@ -7442,7 +7442,8 @@ SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
         n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
-        if (!job->ctx->backend->user_velocity || forces->velocity != job->ctx->backend->user_velocity) return false;
+        const springls_backend *backend = job->ctx->backend;
+        if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
         job->rule.flow = SPRINGLS__FLOW_USER;
     }
     return true;
@@ -7455,7 +7456,8 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
     size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
     if (!given->data) return SPRINGLS_OK;
-    if (given->version && given->version == last->version && given->data == last->data) return SPRINGLS_OK;
+    if (given->version && given->version == last->version && given->data == last->data && floats * sizeof(float) <= ctx->memory[array].device_bytes)
+        return SPRINGLS_OK;
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
     *last = *given;
     return SPRINGLS_OK;
@@ -7513,9 +7515,9 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__told(ctx, springls__advect(ctx, forces, time, dt, false, 0.0f, &moved));
+    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    return status;
+    return springls__told(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
@@ -7641,7 +7643,10 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
-    if (ctx) springls__sample_phi(ctx);
+    if (ctx) {
+        springls__use_device(ctx);
+        springls__sample_phi(ctx);
+    }
     return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
 }
 
@@ -9007,6 +9012,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     }
     if (ctx->model.params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    springls__use_device(ctx);
     if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
         springls__sample_phi(ctx); /* for contract */
     for (tries = 1; tries <= TRIES; tries++) {
@@ -9752,7 +9758,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 /* Empty model, empty grid. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
-    ctx->model.set.count = 0;
+    ctx->model.set.count = ctx->model.set.at_edges = 0;
     ctx->model.set.next_id = 0;
     ctx->iteration = 0;
     ctx->locked_count = 0;
@@ -16311,7 +16317,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16315 \"springls.h\"\n",
+    "#line 16321 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16725,7 +16731,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16729 \"springls.h\"\n",
+    "#line 16735 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16923,7 +16929,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16927 \"springls.h\"\n",
+    "#line 16933 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

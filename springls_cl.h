@@ -11,6 +11,10 @@
    Needs the headers CL/cl.h to compile, and nothing to start: the OpenCL library is loaded at run time. On a machine without
    one springls_cl_create warns and sets *backend to NULL, and with that springls_create makes a scalar context.
 
+   When the device fails, what is on it is brought to the host, the work goes on there, and the context does without the device
+   from then on; the call that was at work returns SPRINGLS_DEVICE, once. When the model cannot be brought back any more it is
+   empty. springls_last_error says which.
+
    The model stays on the device from step to step. What host code asks for (views, meshes, queries) is downloaded
    once, until the model changes again. On devices that round division and square roots correctly results are the same
    bits as the scalar backend's.
@@ -40,8 +44,8 @@ typedef enum springls_cl_kind { SPRINGLS_CL_ANY, SPRINGLS_CL_GPU, SPRINGLS_CL_CP
 typedef struct springls_cl_desc {
     springls_cl_kind kind;    /* what to pick: ANY is a GPU if there is one, else what there is                  */
     void *context;            /* cl_context of the caller, retained; NULL: a new one on the device picked        */
-    void *device;             /* cl_device_id in that context; NULL: its first                                   */
-    void *queue;              /* cl_command_queue of the caller, in order, retained; NULL: a new one             */
+    void *device;             /* cl_device_id in that context, which `kind` has no say in; NULL: its first       */
+    void *queue;              /* cl_command_queue of the caller for it, in order, retained; NULL: a new one      */
     const char *library;      /* file name of the OpenCL library; NULL: the system's                             */
     int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor          */
     bool timed;               /* waits at the end of every stage: springls_stats.seconds are then the stages' own */
@@ -52,8 +56,10 @@ typedef struct springls_cl_desc {
     springls_logger logger;   /* what is picked, why there is none, and the build log with lines of springls.h   */
 } springls_cl_desc;
 
-/* Makes a backend for springls_desc.backend; desc may be NULL. On failure *out is NULL, one warning is logged, and nothing is left
-   allocated: DEVICE, there is no OpenCL, no such device, or it cannot run the kernels; OUT_OF_MEMORY. */
+/* Makes a backend for springls_desc.backend; desc may be NULL. Compiles the kernels, which may take seconds; memory is malloc's. It
+   belongs to the thread of its contexts. On failure *out is NULL and nothing is left allocated: DEVICE, after a warning, and the
+   build log if there is one: there is no OpenCL, no such device, or it cannot run the kernels; OUT_OF_MEMORY; INVALID_ARGUMENT, a
+   member out of range, a queue without its context, or only one of velocity and velocity_source. */
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
 
 /* After the contexts that use it; NULL is allowed. */
@@ -508,7 +514,6 @@ SPRINGLS__FN springls_status springls__cl_cells_build(springls_context *ctx)
     springls__cells *cells = &ctx->model.cells;
     int springls = ctx->model.set.count, bricks;
     uint32_t counts[3];
-    if (springls == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)springls + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, (size_t)springls + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, (size_t)springls + 1, 0));
@@ -667,12 +672,28 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
 }
 
 /* The caller's context and queue, or new ones. */
+/* Has the device room for a work group on a brick? */
+SPRINGLS__FN cl_int springls__cl_fits(const springls__cl *cl)
+{
+#define SPRINGLS__CL_FLOATS(name, grain, writes, floats) (floats),
+    static const size_t shared[] = { SPRINGLS__BRICK_KERNELS(SPRINGLS__CL_FLOATS) 0 };
+#undef SPRINGLS__CL_FLOATS
+    cl_ulong memory = 0;
+    size_t items = 0, i;
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_LOCAL_MEM_SIZE, sizeof memory, &memory, NULL);
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_MAX_WORK_GROUP_SIZE, sizeof items, &items, NULL);
+    for (i = 0; i < sizeof shared / sizeof *shared; i++)
+        if (shared[i] * sizeof(float) > memory) return CL_INVALID_WORK_GROUP_SIZE;
+    return items < cl->group ? CL_INVALID_WORK_GROUP_SIZE : CL_SUCCESS;
+}
+
 SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc *desc)
 {
     cl_int error = CL_SUCCESS;
     if (desc->context) {
-        cl->device = (cl_device_id)desc->device;
-        if (!cl->device) error = cl->GetContextInfo((cl_context)desc->context, CL_CONTEXT_DEVICES, sizeof cl->device, &cl->device, NULL);
+        cl_device_id devices[SPRINGLS__CL_MOST] = { (cl_device_id)desc->device };
+        if (!desc->device) error = cl->GetContextInfo((cl_context)desc->context, CL_CONTEXT_DEVICES, sizeof devices, devices, NULL);
+        cl->device = devices[0];
         if (error == CL_SUCCESS) error = cl->RetainContext((cl_context)desc->context);
         if (error != CL_SUCCESS) return error;
         cl->context = (cl_context)desc->context;
@@ -682,6 +703,7 @@ SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc 
         if (error != CL_SUCCESS) return error;
     }
     error = springls__cl_describe(cl);
+    if (error == CL_SUCCESS) error = springls__cl_fits(cl);
     if (error != CL_SUCCESS) return error;
     if (desc->queue) {
         error = cl->RetainCommandQueue((cl_command_queue)desc->queue);
@@ -716,7 +738,8 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     if (!desc) desc = &none;
     if (!out) return SPRINGLS_INVALID_ARGUMENT;
     *out = NULL;
-    if ((int)desc->kind < SPRINGLS_CL_ANY || desc->kind > SPRINGLS_CL_CPU || desc->brick_items < 0 || desc->brick_items > SPRINGLS__ROWS)
+    if ((int)desc->kind < SPRINGLS_CL_ANY || desc->kind > SPRINGLS_CL_CPU || desc->brick_items < 0 || desc->brick_items > SPRINGLS__ROWS
+        || (desc->queue && !desc->context) || !desc->velocity != !desc->velocity_source)
         return SPRINGLS_INVALID_ARGUMENT;
     cl = (springls__cl *)calloc(1, sizeof *cl);
     if (!cl) return SPRINGLS_OUT_OF_MEMORY;

@@ -251,7 +251,8 @@ SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
         n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
         n[6] = flow->angular_velocity;
     } else if (forces->velocity) {
-        if (!job->ctx->backend->user_velocity || forces->velocity != job->ctx->backend->user_velocity) return false;
+        const springls_backend *backend = job->ctx->backend;
+        if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
         job->rule.flow = SPRINGLS__FLOW_USER;
     }
     return true;
@@ -264,7 +265,8 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
     size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
     if (!given->data) return SPRINGLS_OK;
-    if (given->version && given->version == last->version && given->data == last->data) return SPRINGLS_OK;
+    if (given->version && given->version == last->version && given->data == last->data && floats * sizeof(float) <= ctx->memory[array].device_bytes)
+        return SPRINGLS_OK;
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
     *last = *given;
     return SPRINGLS_OK;
@@ -322,9 +324,9 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__told(ctx, springls__advect(ctx, forces, time, dt, false, 0.0f, &moved));
+    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
     springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    return status;
+    return springls__told(ctx, status);
 }
 
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)

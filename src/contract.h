@@ -42,6 +42,9 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
-    if (ctx) springls__sample_phi(ctx);
+    if (ctx) {
+        springls__use_device(ctx);
+        springls__sample_phi(ctx);
+    }
     return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
 }

@@ -82,6 +82,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     }
     if (ctx->model.params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
+    springls__use_device(ctx);
     if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
         springls__sample_phi(ctx); /* for contract */
     for (tries = 1; tries <= TRIES; tries++) {
