@@ -3051,8 +3051,8 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 /* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
 typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
 
-SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[SPRINGLS__TRIES], int tries, const springls__v3 n[SPRINGLS__CROWD],
-                                                      const float weight[SPRINGLS__CROWD], int count)
+SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,
+                                                      const float *weight, int count)
 {
     springls__support best;
     int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */
@@ -3078,8 +3078,8 @@ SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[S
 /* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */
 typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;
 
-SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
-                                                   const float weight[SPRINGLS__CROWD], int count)
+SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
+                                                   const float *weight, int count)
 {
     springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;
     springls__patch patch = springls__patch_begin();
@@ -3104,8 +3104,7 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
    other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
    that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
-                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)
 {
     const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
@@ -13543,8 +13542,8 @@ static const char *const springls__kernel_lines[] = {
     "/* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */\n",
     "typedef struct springls__support { springls__v3 normal; float weight; } springls__support;\n",
     "\n",
-    "SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[SPRINGLS__TRIES], int tries, const springls__v3 n[SPRINGLS__CROWD],\n",
-    "                                                      const float weight[SPRINGLS__CROWD], int count)\n",
+    "SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,\n",
+    "                                                      const float *weight, int count)\n",
     "{\n",
     "    springls__support best;\n",
     "    int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */\n",
@@ -13570,8 +13569,8 @@ static const char *const springls__kernel_lines[] = {
     "/* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */\n",
     "typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;\n",
     "\n",
-    "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],\n",
-    "                                                   const float weight[SPRINGLS__CROWD], int count)\n",
+    "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
+    "                                                   const float *weight, int count)\n",
     "{\n",
     "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;\n",
     "    springls__patch patch = springls__patch_begin();\n",
@@ -13596,8 +13595,7 @@ static const char *const springls__kernel_lines[] = {
     "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
     "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side\n",
     "   that it lies on, whichever of several ways it has been turned. */\n",
-    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],\n",
-    "                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)\n",
+    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)\n",
     "{\n",
     "    const float on = certain ? 0.06f : 0.15f; /* voxel */\n",
     "    springls__v3 tried[SPRINGLS__TRIES];\n",
@@ -13884,7 +13882,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3397 \"springls.h\"\n",
+    "#line 3396 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13978,7 +13976,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3492 \"springls.h\"\n",
+    "#line 3491 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -14077,7 +14075,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3592 \"springls.h\"\n",
+    "#line 3591 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -14277,7 +14275,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3793 \"springls.h\"\n",
+    "#line 3792 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14334,7 +14332,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3851 \"springls.h\"\n",
+    "#line 3850 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14429,7 +14427,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3947 \"springls.h\"\n",
+    "#line 3946 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14548,7 +14546,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4067 \"springls.h\"\n",
+    "#line 4066 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14824,7 +14822,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4344 \"springls.h\"\n",
+    "#line 4343 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -15011,7 +15009,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4532 \"springls.h\"\n",
+    "#line 4531 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -15136,7 +15134,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4658 \"springls.h\"\n",
+    "#line 4657 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -15231,7 +15229,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4754 \"springls.h\"\n",
+    "#line 4753 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -15487,7 +15485,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5011 \"springls.h\"\n",
+    "#line 5010 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15727,7 +15725,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5252 \"springls.h\"\n",
+    "#line 5251 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15758,7 +15756,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5284 \"springls.h\"\n",
+    "#line 5283 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15965,7 +15963,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5492 \"springls.h\"\n",
+    "#line 5491 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -16073,7 +16071,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5601 \"springls.h\"\n",
+    "#line 5600 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -16209,7 +16207,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5738 \"springls.h\"\n",
+    "#line 5737 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -16287,7 +16285,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16291 \"springls.h\"\n",
+    "#line 16289 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16701,7 +16699,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16705 \"springls.h\"\n",
+    "#line 16703 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16899,7 +16897,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16903 \"springls.h\"\n",
+    "#line 16901 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
