@@ -22,19 +22,23 @@ MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
                 $(if $(filter 0,$(OPENMP)),,-fopenmp) $(NIFTI) $(CFLAGS)
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) \
-                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(filter 1,$(WITH_OPENCL)),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
+                $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) $(if $(OPENCL),-DSPRINGLS_TEST_OPENCL) $(CFLAGS)
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
-EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lz -lm -pthread
+EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -llapacke -lcjson -lm -pthread
 TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
 KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
-ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,benchmark*.c model_*.c run_options.c segment*.c)))
+ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c run_options.c segment*.c track*.c)))
+# What of that the atlas does without.
+NOT_ATLAS    := $(filter-out $(addprefix examples/common/,atlas%.c run_options.c segment_model.c),$(ON_SPRINGLS))
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
+# Tests have OpenCL where its headers are; the parts have no text for it.
+OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
 # Where there is one thread there are no races: ThreadSanitizer looks at the tests that start some.
@@ -47,7 +51,7 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions install format clean \
+.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions segmentation install format clean \
         asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -118,12 +122,13 @@ demo: deps-demo   ## from nothing to results: set-up, build, two programs run in
 
 # ---- tests ----
 
-# Tests of examples/common are compiled together with it, so that the sanitizers see its code too. Where its libraries
+# Tests of examples/common are compiled together with it, so that the sanitizers see its code too; that of the atlas
+# holds the library for all its files. Where its libraries
 # cannot be had these tests skip themselves.
 ifeq ($(WITH_LIBRARIES),1)
-$(TEST_DIR)/test_examples_%: tests/test_examples_%.c springls.h $(TEST_DIR)/settings $(wildcard examples/common/*.[ch])
+$(TEST_DIR)/test_examples_%: tests/test_examples_%.c springls.h springls_cl.h $(TEST_DIR)/settings $(wildcard examples/common/*.[ch])
 	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) $(NIFTI) -I. -Itests -DTEST_EXAMPLES_COMMON -o $@ $< \
-	  $(filter-out $(ON_SPRINGLS),$(wildcard examples/common/*.c)) \
+	  $(filter-out $(if $(findstring test_examples_atlas,$@),$(NOT_ATLAS),$(ON_SPRINGLS)),$(wildcard examples/common/*.c)) \
 	  $(EXAMPLE_LIBS)
 endif
 
@@ -146,9 +151,9 @@ endif
 
 # The library's tests run a second time, with their contexts on OpenCL, beside those that are about OpenCL. Under a sanitizer
 # they do not: what a driver does with memory and threads is its own affair.
-OPENCL_FILES  := $(if $(filter 1,$(WITH_OPENCL)),$(wildcard tests/test_opencl_*.c))
+OPENCL_FILES  := $(if $(OPENCL),$(wildcard tests/test_opencl_*.c))
 WITH_CONTEXTS := $(filter-out tests/test_examples_% tests/test_opencl_%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/test_*.c))
-DEVICE_TESTS  := $(if $(VARIANT),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(WITH_CONTEXTS) $(OPENCL_FILES)))
+DEVICE_TESTS  := $(if $(VARIANT)$(filter 1,$(PARTS)),,$(patsubst tests/%.c,$(TEST_DIR)/%,$(WITH_CONTEXTS) $(OPENCL_FILES)))
 
 # A library that stands before OpenCL's and fails on demand.
 $(TEST_DIR)/opencl_stub.so: tests/opencl_stub.c tests/opencl_stub.h $(TEST_DIR)/settings
@@ -191,9 +196,10 @@ compile-matrix: deps-matrix   ## both headers in every language, linkage and nam
 BENCH_SHARED  := tests/bench/runs.c tests/bench/table.c
 BENCH_HEADERS := $(wildcard tests/bench/*.h examples/common/*.h)
 
-build/bench/bench build/bench/paper build/bench/ablation build/bench/motions: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
+build/bench/bench build/bench/paper build/bench/ablation build/bench/motions build/bench/segmentation: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -o $@ $(filter %.c,$^) build/libcommon.a $(EXAMPLE_LIBS)
 build/bench/bench: tests/bench/bench.c
+build/bench/segmentation: tests/bench/segmentation.c
 build/bench/paper: $(wildcard tests/bench/paper*.c) springls.h
 build/bench/ablation build/bench/motions: build/bench/%: tests/bench/%.c tests/bench/motion.c springls.h
 
@@ -208,7 +214,7 @@ build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/setting
 BENCH_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,bench memory openvdb_advection)
 PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
 
-bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, compile time (GRID=128)
+bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time (GRID=128; ONLY=opencl)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" build/bench/bench
 
@@ -223,6 +229,10 @@ ablation: deps-demo   ## what each improvement over the paper is worth on LeVequ
 motions: deps-demo   ## the default parameters on motions with known answers (GRID=128 STEP=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/motions
 	@build/bench/motions
+
+segmentation: deps-demo   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
+	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
+	@build/bench/segmentation $(ROWS)
 
 # ---- the rest ----
 

@@ -27,6 +27,7 @@
 #define springls_cl_name SPRINGLS__NAME(springls_cl_name)
 #define springls_cl_exact SPRINGLS__NAME(springls_cl_exact)
 #define springls_cl_get_counts SPRINGLS__NAME(springls_cl_get_counts)
+#define springls_cl_springls SPRINGLS__NAME(springls_cl_springls)
 #endif
 
 #ifdef __cplusplus
@@ -43,6 +44,7 @@ typedef struct springls_cl_desc {
     void *queue;              /* cl_command_queue of the caller, in order, retained; NULL: a new one             */
     const char *library;      /* file name of the OpenCL library; NULL: the system's                             */
     int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor          */
+    bool timed;               /* waits at the end of every stage: springls_stats.seconds are then the stages' own */
     springls_velocity_fn velocity; /* a force callback ... */
     const char *velocity_source;   /* ... and the same in OpenCL C, which is run instead of it on the device:
                                       float3 springls_velocity(float3 x, float time, __global const float *user) */
@@ -62,6 +64,11 @@ SPRINGLS_API const char *springls_cl_name(const springls_backend *backend);
 
 /* True when the device rounds as C does: then results are the scalar backend's, bit by bit. */
 SPRINGLS_API bool springls_cl_exact(const springls_backend *backend);
+
+/* The device's memory (cl_mem) of the springls, springls_count of them in 64 bytes each: 12 floats q0 q1 q2 p in voxels, and 4 that are
+   private. For drawing without a way over the host: to be read only, in the backend's queue, until the next call with ctx. NULL for
+   an empty model, or one without this backend. */
+SPRINGLS_API void *springls_cl_springls(springls_context *ctx);
 
 /* What has been done so far, by all contexts: kernels started, and bytes that went each way. */
 typedef struct springls_cl_counts { uint64_t kernels, uploads, downloads, bytes_up, bytes_down; } springls_cl_counts;
@@ -243,6 +250,12 @@ SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, spring
     cl->counts.uploads++;
     cl->counts.bytes_up += bytes;
     return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, memory, CL_TRUE, 0, bytes, buffer->data, 0, NULL, NULL), "upload");
+}
+
+SPRINGLS__FN springls_status springls__cl_finish(springls_context *ctx)
+{
+    springls__cl *cl = springls__cl_of(ctx);
+    return springls__cl_check(ctx, cl->Finish(cl->queue), "wait");
 }
 
 SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes)
@@ -713,6 +726,8 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.release = springls__cl_release;
     cl->base.transfer = springls__cl_transfer;
     cl->base.upload = springls__cl_upload;
+    cl->base.finish = springls__cl_finish;
+    cl->base.timed = desc->timed;
     cl->base.user_velocity = desc->velocity;
     cl->base.user_bytes = desc->velocity ? desc->velocity_user_bytes : 0;
     cl->base.run = springls__cl_run;
@@ -751,6 +766,17 @@ SPRINGLS_API const char *springls_cl_name(const springls_backend *backend)
 SPRINGLS_API bool springls_cl_exact(const springls_backend *backend)
 {
     return backend && ((const springls__cl *)(const void *)backend)->exact;
+}
+
+SPRINGLS_API void *springls_cl_springls(springls_context *ctx)
+{
+    if (!ctx || !ctx->backend || ctx->model.set.count == 0) return NULL;
+    springls__use_device(ctx);
+    if (springls__to_device(ctx, 0) != SPRINGLS_OK) {
+        springls__told(ctx, springls__leave_backend(ctx));
+        return NULL;
+    }
+    return ctx->memory[SPRINGLS__ARRAY_S].device;
 }
 
 SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *backend)

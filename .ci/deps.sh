@@ -55,8 +55,11 @@ for group; do
             CL/cl.h opencl-headers
             stb/stb_image_write.h libstb-dev
             nifti/nifti2_io.h libnifti2-dev
+            teem/nrrd.h libteem-dev
             zlib.h zlib1g-dev
-            assimp/cimport.h libassimp-dev"
+            assimp/cimport.h libassimp-dev
+            lapacke.h liblapacke-dev
+            cjson/cJSON.h libcjson-dev"
         need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
         if [ "$group" = bench ]; then
             need_command "${CXX%% *}" "$(compiler_package "$CXX")"

@@ -68,17 +68,26 @@ SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *
     return owner;
 }
 
-/* The edges with a vertex that belongs to a cube. */
+/* The edges with a vertex that belongs to a cube: those furthest from the cubes before it and, where those are in other bricks, some
+   of the rest. */
 SPRINGLS__MATHS uint32_t springls__own_edges(const springls__grid *g, int x, int y, int z, int mask)
 {
     uint32_t own = 0u;
     int edge;
+    bool first[3];
+    first[0] = (x & 7) == 0;
+    first[1] = (y & 7) == 0;
+    first[2] = (z & 7) == 0;
     for (edge = 0; edge < 12; edge++) {
-        int a = springls__mc_edge_corner(edge), b = a | 1 << springls__mc_edge_axis(edge);
+        int axis = springls__mc_edge_axis(edge), a = springls__mc_edge_corner(edge);
         springls__vertex_owner owner;
-        if (((mask >> a ^ mask >> b) & 1) == 0) continue;
-        owner = springls__owner_of(g, x, y, z, edge);
-        if (owner.cube[0] == x && owner.cube[1] == y && owner.cube[2] == z) own |= 1u << edge;
+        if (!((edge & 1) || first[axis == 0 ? 1 : 0]) || !((edge & 2) || first[axis == 2 ? 1 : 2])) continue;
+        if (((mask >> a ^ mask >> (a | 1 << axis)) & 1) == 0) continue;
+        if ((edge & 3) != 3) {
+            owner = springls__owner_of(g, x, y, z, edge);
+            if (owner.cube[0] != x || owner.cube[1] != y || owner.cube[2] != z) continue;
+        }
+        own |= 1u << edge;
     }
     return own;
 }
@@ -167,9 +176,10 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
     SPRINGLS__BARRIER;
     if (group.item == 0) ((SPRINGLS__GLOBAL int *)model->scratch[4])[model->grid.active[i]] = i;
     for (n = group.item; n < SPRINGLS__CUBE_ROWS; n += group.items) {
+        uint32_t vertices = (uint32_t)rows[SPRINGLS__CUBE_ROWS + n];
         springls__triangles_of_rows(model, i)[n] = (uint32_t)rows[n];
-        for (x = 0; x < 9; x++)
-            if (cubes[9 * n + x]) cubes[9 * n + x] += (uint32_t)rows[SPRINGLS__CUBE_ROWS + n] << 20;
+        for (x = 0; x < 9 && vertices > 0u; x++)
+            if (cubes[9 * n + x]) cubes[9 * n + x] += vertices << 20;
     }
 }
 

@@ -64,6 +64,8 @@ struct springls_backend {
     springls_status (*transfer)(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host);
     /* Device memory of a buffer gets these bytes. */
     springls_status (*upload)(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes);
+    springls_status (*finish)(springls_context *ctx); /* waits until everything asked for is done */
+    bool timed;                                       /* every stage ends with that            */
     springls_velocity_fn user_velocity; /* the callback that the device has kernel text of, and what it wants of `user` */
     size_t user_bytes;
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__job job);

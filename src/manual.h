@@ -231,8 +231,7 @@
        DATA FLOW). Threads of that size break.
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
-     - No OpenCL host yet: everything runs on the CPU. springls_kernel_source() has the text of the maths for hosts of
-       your own. It holds functions, no __kernel entry points yet.
+     - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
      - Snapshots and attribute channels are not there yet.
 
 

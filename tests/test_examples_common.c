@@ -91,7 +91,7 @@ static int parse(struct parsed *p, int argc, const char *const *argv)
         {"mode", CLI_CHOICE, &p->mode, NULL, "mode", 0.0, 0.0, "slow|fast"},
     };
     const struct cli_positional positionals[] = {{"INPUT", &p->input, "a file", true}};
-    const struct cli_program program = {"probe", "Tests.", &p->common, options, 4, positionals, 1};
+    const struct cli_program program = {"probe", "Tests.", &p->common, options, 4, positionals, 1, NULL, 0};
     fflush(stderr);
     fflush(stdout);
     const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);

@@ -492,6 +492,41 @@ FIXTURE springls_status disturb_with_callbacks(springls_context *ctx, life *l, i
     return springls_max_speed(ctx, &l->forces, 0.0f, &speed);
 }
 
+/* What an engine draws from is what a view shows. */
+TEST the_device_hands_out_its_springls(void)
+{
+    springls_context *ctx;
+    springls__springl *there;
+    springls__cl *cl;
+    springls_view view;
+    void *memory;
+    life l;
+    size_t bytes;
+    int i, k;
+    NEEDS_DEVICE();
+    ASSERT(springls_cl_springls(NULL) == NULL);
+    life_make(&l, LIFE_THIN);
+    ctx = life_context(&l, parity_backend);
+    ASSERT(ctx != NULL);
+    ASSERT_OK(springls_step(ctx, &l.step));
+    memory = springls_cl_springls(ctx);
+    ASSERT(memory != NULL);
+    bytes = (size_t)springls_count(ctx) * sizeof *there;
+    there = (springls__springl *)malloc(bytes);
+    ASSERT(there != NULL);
+    cl = (springls__cl *)(void *)parity_backend;
+    ASSERT_EQ(CL_SUCCESS, cl->EnqueueReadBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, there, 0, NULL, NULL));
+    view = springls_view_vertices(ctx);
+    for (i = 0; i < view.count; i++)
+        for (k = 0; k < 9; k++)
+            ASSERT_EQ(((const float *)(const void *)((const char *)view.data + (size_t)i * view.stride))[k], (&there[i].q[0].x)[k]);
+    free(there);
+    springls_reset(ctx);
+    ASSERT(springls_cl_springls(ctx) == NULL);
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST what_happens_between_steps(springls_status (*disturb)(springls_context *ctx, life *l, int step), bool changes_nothing)
 {
     static const int lives[] = { LIFE_THIN, LIFE_FLUID_PAPER, LIFE_SEGMENT };
@@ -537,6 +572,45 @@ TEST questions_fetch_once(void)
     PASS();
 }
 
+/* A context that has worked on the device takes springls with correspondences of their own, and works on. */
+FIXTURE uint64_t life_of_springls(springls_backend *backend)
+{
+    static float vertices[9 * 20000], origins[3 * 20000];
+    springls_context *ctx;
+    uint64_t hash = 0;
+    int i, m, count;
+    life l;
+    life_make(&l, LIFE_ELASTIC);
+    ctx = life_context(&l, backend);
+    if (!ctx) return 0;
+    if (springls_step(ctx, &l.step) == SPRINGLS_OK && springls_count(ctx) <= 20000) {
+        count = springls_count(ctx);
+        for (i = 0; i < count; i++) {
+            springls__v3 a = fixture_origin(ctx, i);
+            for (m = 0; m < 3; m++) {
+                springls__v3 q = fixture_vertex(ctx, i, m);
+                memcpy(vertices + 9 * i + 3 * m, &q.x, sizeof q);
+            }
+            origins[3 * i] = a.x + 0.25f;
+            origins[3 * i + 1] = a.y;
+            origins[3 * i + 2] = a.z;
+        }
+        if (springls_set_springls(ctx, vertices, NULL, origins, count) == SPRINGLS_OK && springls_step(ctx, &l.step) == SPRINGLS_OK) hash = life_mesh(ctx);
+    }
+    springls_destroy(ctx);
+    return hash;
+}
+
+TEST springls_are_taken_afresh(void)
+{
+    uint64_t hash;
+    NEEDS_DEVICE();
+    hash = life_of_springls(parity_backend);
+    ASSERT(hash != 0);
+    ASSERT(hash == life_of_springls(NULL));
+    PASS();
+}
+
 SUITE(lives)
 {
     static const struct { const char *name; springls_status (*disturb)(springls_context *ctx, life *l, int step); bool changes_nothing; } between[] = {
@@ -548,11 +622,13 @@ SUITE(lives)
         RUN_TESTp(same_bits_from_run_to_run, (int)i);
     }
     RUN_TEST(two_contexts_on_one_backend);
+    RUN_TEST(the_device_hands_out_its_springls);
     for (i = 0; i < sizeof between / sizeof *between; i++) {
         greatest_set_test_suffix(between[i].name);
         RUN_TESTp(what_happens_between_steps, between[i].disturb, between[i].changes_nothing);
     }
     RUN_TEST(questions_fetch_once);
+    RUN_TEST(springls_are_taken_afresh);
 }
 
 SUITE(kernels)

@@ -155,6 +155,14 @@ static int calls_of(const struct benchmark *b)
     return b->steps > 0 ? b->steps : PARTS;
 }
 
+/* What the device has done between two counts. */
+static void count_work(struct benchmark_result *result, springls_cl_counts before, springls_cl_counts after)
+{
+    result->kernels_per_step += (double)(after.kernels - before.kernels);
+    result->downloads_per_step += (double)(after.downloads - before.downloads);
+    result->bytes_down_per_step += (double)(after.bytes_down - before.bytes_down);
+}
+
 static int take_steps(struct run *run)
 {
     const struct benchmark *b = run->benchmark;
@@ -176,6 +184,7 @@ static int take_steps(struct run *run)
     progress_begin(&progress, b->name, (size_t)calls, run->options->common.quiet);
     for (int k = 1; k <= calls; ++k) {
         springls_set_time(run->ctx, b->duration * (k - 1) / calls);
+        const springls_cl_counts before = springls_cl_get_counts(run->backend);
         const double started = elapsed_seconds();
         if (springls_step(run->ctx, &step) != SPRINGLS_OK) {
             progress_end(&progress);
@@ -183,6 +192,7 @@ static int take_steps(struct run *run)
         }
         const double seconds = elapsed_seconds() - started;
         run->result.seconds_total += seconds;
+        count_work(&run->result, before, springls_cl_get_counts(run->backend));
         springls += springls_count(run->ctx);
         if (k == calls / 2) {
             run->result.halfway = benchmark_flow_error(b, b->duration * k / calls, springls_view_particles(run->ctx),
@@ -196,6 +206,10 @@ static int take_steps(struct run *run)
     }
     progress_end(&progress);
     run->result.springls_mean = springls / calls;
+    const double steps = springls_get_stats(run->ctx).steps;
+    run->result.kernels_per_step /= steps;
+    run->result.downloads_per_step /= steps;
+    run->result.bytes_down_per_step /= steps;
     return CLI_GO_ON;
 }
 

@@ -66,6 +66,7 @@ struct benchmark_result {
     size_t model_bytes;
     uint64_t state_hash;
     char backend[256]; /* "scalar", or the device's name */
+    double kernels_per_step, downloads_per_step, bytes_down_per_step; /* of the device, measuring left out */
     springls_stats stats;
 };
 

@@ -74,6 +74,9 @@ bool benchmark_write_json(const struct benchmark *b, const struct benchmark_opti
     json_object_begin(&json, NULL);
     json_problem(&json, b, o);
     json_string(&json, "backend", r->backend);
+    json_number(&json, "kernels_per_step", r->kernels_per_step);
+    json_number(&json, "downloads_per_step", r->downloads_per_step);
+    json_number(&json, "bytes_down_per_step", r->bytes_down_per_step);
     json_integer(&json, "threads", r->threads);
     json_integer(&json, "steps", r->steps);
     json_integer(&json, "springls_initial", r->springls_initial);

@@ -269,10 +269,16 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
             continue;
         }
         if (options_over || token[0] != '-' || token[1] == '\0') {
-            if (positional == program->positional_count) {
+            const bool last = positional + 1 >= program->positional_count;
+            if (last && program->repeated ? *program->repeated == program->repeated_most : positional == program->positional_count) {
                 return cli_fail(program->name, CLI_EXIT_USAGE, "unexpected argument '%s' (see --help)", token);
             }
-            *program->positionals[positional++].destination = token;
+            if (last && program->repeated) {
+                program->positionals[program->positional_count - 1].destination[(*program->repeated)++] = token;
+                positional = program->positional_count;
+            } else {
+                *program->positionals[positional++].destination = token;
+            }
             continue;
         }
         const char *name = token + 2;

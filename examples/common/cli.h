@@ -65,6 +65,8 @@ struct cli_program {
     int option_count;
     const struct cli_positional *positionals;
     int positional_count;
+    int *repeated;     /* not NULL: the last positional may be given `repeated_most` times, its destination is an array */
+    int repeated_most; /* of that size, and *repeated, 0 at the start, becomes the number given */
 };
 
 enum { CLI_GO_ON = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE = 2 };

@@ -163,6 +163,7 @@ springls_backend *run_backend(const char *program, const struct cli_common *comm
     springls_cl_desc desc;
     springls_backend *backend = NULL;
     memset(&desc, 0, sizeof desc);
+    desc.timed = true;
     desc.logger.log = warn;
     desc.logger.user = (void *)(uintptr_t)program;
     if (strcmp(common->backend, "opencl") == 0) {

@@ -7,8 +7,7 @@ enum { OTSU_CLASSES = 1024, PERCENTILE_CLASSES = 4096 };
 
 /* ---- grids ---- */
 
-/* From voxels of `to` to voxels of `from`: rows of a 3x4 matrix. */
-static void voxel_map(const struct volume *to, const struct volume *from, float map[3][4])
+void segment_voxel_map(const struct volume *to, const struct volume *from, float map[3][4])
 {
     const float corners[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
     float place[4][3], world[3];
@@ -24,7 +23,7 @@ static void voxel_map(const struct volume *to, const struct volume *from, float 
     }
 }
 
-static float trilinear(const int dims[3], const float *values, const float x[3])
+float segment_trilinear(const int dims[3], const float *values, const float x[3])
 {
     size_t low[3], high[3];
     float t[3], row[4];
@@ -46,7 +45,7 @@ static float trilinear(const int dims[3], const float *values, const float x[3])
 void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result)
 {
     float map[3][4];
-    voxel_map(to, from, map);
+    segment_voxel_map(to, from, map);
 #if defined(_OPENMP)
     #pragma omp parallel for
 #endif
@@ -58,7 +57,7 @@ void segment_resample(const struct volume *from, const float *values, const stru
                 for (int r = 0; r < 3; ++r) {
                     x[r] = map[r][0] * (float)i + map[r][1] * (float)j + map[r][2] * (float)k + map[r][3];
                 }
-                *out++ = trilinear(from->dims, values, x);
+                *out++ = segment_trilinear(from->dims, values, x);
             }
         }
     }
@@ -231,6 +230,42 @@ void segment_pressure(const struct volume *image, const float *values, float low
                     const float inside = fminf(value - low, high - value) / fmaxf(ramp, change(image, values, place, size));
                     *pressure = fmaxf(-1.0f, fminf(fminf(1.0f, inside), border));
                 }
+            }
+        }
+    }
+}
+
+void segment_combine(const struct volume *image, const struct segment_push *push, const struct volume *padded)
+{
+    const int margin = (padded->dims[0] - image->dims[0]) / 2;
+    const float contrast = push->inside - push->outside;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int k = -margin; k < image->dims[2] + margin; ++k) {
+        size_t n = (size_t)(k + margin) * (size_t)padded->dims[0] * (size_t)padded->dims[1];
+        for (int j = -margin; j < image->dims[1] + margin; ++j) {
+            for (int i = -margin; i < image->dims[0] + margin; ++i, ++n) {
+                const int place[3] = {i, j, k};
+                const float border = -box_distance(image, place) / push->size;
+                float sum = push->pressure_weight * push->pressure[n];
+                if (border > 0.0f) {
+                    const size_t at = voxel_index(image->dims, place);
+                    if (push->region_weight > 0.0f && contrast != 0.0f) {
+                        /* Chan and Vese: ((u - c2)^2 - (u - c1)^2) / (c1 - c2)^2, which is linear in u */
+                        const float region = (2.0f * push->seen[at] - push->inside - push->outside) / contrast;
+                        sum += push->region_weight * fmaxf(-1.0f, fminf(1.0f, region));
+                    }
+                    if (push->edge_weight > 0.0f) { /* Caselles: 1 / (1 + (|grad u| / K)^2) */
+                        const float steep = change(image, push->seen, place, push->size) / push->ramp;
+                        sum *= 1.0f - push->edge_weight + push->edge_weight / (1.0f + steep * steep);
+                    }
+                }
+                if (push->away) { /* beyond `stay` from the start there is only the way back */
+                    sum = fminf(sum, (push->stay - push->away[n]) / push->size);
+                    sum = fmaxf(sum, (-push->stay - push->away[n]) / push->size);
+                }
+                padded->data[n] = fmaxf(-1.0f, fminf(fminf(1.0f, sum), border));
             }
         }
     }

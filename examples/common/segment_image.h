@@ -6,6 +6,12 @@
 
 #include <stdint.h>
 
+/* From voxels of `to` to voxels of `from`: rows of a 3x4 matrix. */
+void segment_voxel_map(const struct volume *to, const struct volume *from, float map[3][4]);
+
+/* The value at a place in voxels; beyond the outermost voxels they stay constant. */
+float segment_trilinear(const int dims[3], const float *values, const float x[3]);
+
 /* Trilinear: values on one grid at the voxels of another; beyond the outermost voxels they stay constant. */
 void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result);
 
@@ -25,6 +31,20 @@ float segment_percentile(const struct volume *image, double share);
  * a margin. */
 void segment_pressure(const struct volume *image, const float *values, float low, float high, float ramp, float size,
                       const struct volume *padded);
+
+/* What pushes a contour along its normal, -1..1: pressure of a window, region and edges of the image, and the way back from
+ * too far away of the start. Lengths in mm. */
+struct segment_push {
+    const float *pressure;          /* on the padded grid */
+    const float *seen;              /* the image, as blurred as the pressure was made from */
+    const float *away;              /* distance from the start, on the padded grid; NULL: none */
+    float pressure_weight, region_weight;
+    float inside, outside;          /* mean intensities of the two phases */
+    float edge_weight;              /* 0..1: the share of the push that stops at edges */
+    float ramp;                     /* an edge changes by this over `size` */
+    float stay, size;
+};
+void segment_combine(const struct volume *image, const struct segment_push *push, const struct volume *padded);
 
 /* mask: 1 where the volume has one of the labels; count = 0: where it is not 0. Returns the voxels set. */
 size_t segment_mask(const struct volume *labels, const int *wanted, int count, uint8_t *mask);

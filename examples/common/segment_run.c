@@ -11,34 +11,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LOOK_EVERY = 10, MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
+enum { MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
 
 /* Springls are at rest when fewer than this share of them still moves, with more than this part of the speed at full
  * pressure. Measured on bones and a brain: the share falls from 1 to .05 in 20 steps of a grid, and the volume changes by
  * less than 1 % after it has come below .02. It never becomes 0: parts thinner than a voxel come and go. */
 static const float rest_share = 0.02f, rest_speed = 0.05f;
 
-/* Grid, pressure and an empty model with voxels of `side` mm. `coarse` receives the grid before. */
-static bool enter_level(struct segment *run, float side, struct volume *coarse)
+bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
 {
     *coarse = run->grid;
     memset(&run->grid, 0, sizeof run->grid);
-    const float *spacing = run->image.spacing;
-    const int margin = (int)ceilf(side / fminf(spacing[0], fminf(spacing[1], spacing[2])));
-    volume_free(&run->pressure);
-    if (!volume_create_cubes(&run->image, side, MARGIN, &run->grid)
-        || !volume_create_padded(&run->image, margin, &run->pressure)) {
-        return segment_no_memory();
-    }
-    float *blurred = malloc(run->voxels * sizeof *blurred);
-    if (!blurred) {
-        return segment_no_memory();
-    }
-    memcpy(blurred, run->image.data, run->voxels * sizeof *blurred);
-    const bool fine = segment_blur(&run->image, side, blurred);
-    segment_pressure(&run->image, blurred, run->low, run->high, run->ramp, side, &run->pressure);
-    free(blurred);
-    if (!fine) {
+    if (!volume_create_cubes(&run->image, side, MARGIN, &run->grid)) {
         return segment_no_memory();
     }
     springls_desc desc;
@@ -48,7 +32,7 @@ static bool enter_level(struct segment *run, float side, struct volume *coarse)
     desc.backend = run->backend;
     springls_destroy(run->ctx);
     run->ctx = NULL;
-    return run_create("segment", &desc, &run->ctx) == CLI_GO_ON;
+    return segment_forces_enter(run, side) && run_create("segment", &desc, &run->ctx) == CLI_GO_ON;
 }
 
 static bool take_frame(struct segment *run)
@@ -60,46 +44,62 @@ static bool take_frame(struct segment *run)
     if (run->frame_count == 0) {
         snprintf(caption, sizeof caption, "start");
     } else {
-        snprintf(caption, sizeof caption, "step %d, voxels of %.3g mm", run->steps, (double)run->grid.spacing[0]);
+        snprintf(caption, sizeof caption, "step %d, voxels of %.3g mm", run->result->steps, (double)run->grid.spacing[0]);
     }
     return model_frame_take(run->ctx, caption, &run->frames[run->frame_count++]) || segment_no_memory();
+}
+
+float segment_fastest(const struct segment *run) { return 1.0f + (float)run->settings.gvf; }
+
+bool segment_at_rest(float moving) { return moving < rest_share; }
+
+float segment_still(const struct segment *run)
+{
+    return rest_speed * (float)run->settings.speed * (float)SEGMENT_LOOK_EVERY;
+}
+
+/* The level set into the grid, where the means are to be taken. */
+static bool region_follows(struct segment *run)
+{
+    return run->settings.region <= 0.0
+        || segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
 }
 
 /* Steps on one grid until the springls are at rest. */
 static bool settle(struct segment *run, struct progress *bar)
 {
     const struct segment_settings *set = &run->settings;
+    struct segment_result *result = run->result;
     struct segment_watch watch;
-    springls_forces forces;
     springls_step_desc step;
-    const float still = rest_speed * (float)set->speed * (float)LOOK_EVERY;
-    bool fine = true;
+    const float still = segment_still(run);
     memset(&watch, 0, sizeof watch);
-    memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
-    forces.pressure_grid.data = run->pressure.data;
-    forces.pressure_grid.grid = segment_model_grid(&run->pressure);
-    forces.curvature_weight = (float)set->curvature;
-    forces.integrator = SPRINGLS_EULER; /* the way does not matter, only where it ends */
+    bool fine = region_follows(run) && segment_forces_update(run);
+    const springls_forces forces = segment_forces(run);
     step.forces = &forces;
     step.mode = SPRINGLS_FLUID;
-    step.dt = (float)set->speed; /* a pressure of 1 moves by this many voxels */
-    const float fastest = step.dt * (1.0f + 2.0f * forces.curvature_weight); /* the library clamps curvature at 2 */
+    step.dt = (float)set->speed; /* a push of 1 moves by this many voxels */
+    const float fastest = step.dt * (segment_fastest(run) + 2.0f * forces.curvature_weight); /* curvature is clamped at 2 */
     step.max_displacement = fastest > 0.75f ? 0.75f : 0.0f; /* cut into sub-steps; below that without a look at speeds */
     step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
 
-    run->at_rest = false;
-    fine = segment_watch_look(&watch, run->ctx, 0.0f, &run->moving) || segment_no_memory();
-    for (int s = 1; fine && s <= set->steps && !run->at_rest && springls_count(run->ctx) > 0; ++s) {
+    result->at_rest = false;
+    fine = fine && (segment_watch_look(&watch, run->ctx, 0.0f, &result->moving) || segment_no_memory());
+    for (int s = 1; fine && s <= set->steps && !result->at_rest && springls_count(run->ctx) > 0; ++s) {
         char note[64];
         fine = segment_check(run->ctx, springls_step(run->ctx, &step), "step");
-        run->steps++;
-        if (fine && s % LOOK_EVERY == 0) {
-            fine = segment_watch_look(&watch, run->ctx, still, &run->moving) || segment_no_memory();
-            run->at_rest = run->moving < rest_share;
+        result->steps++;
+        result->springls_mean += (double)springls_count(run->ctx);
+        if (fine && s % SEGMENT_LOOK_EVERY == 0) {
+            fine = segment_watch_look(&watch, run->ctx, still, &result->moving) || segment_no_memory();
+            result->at_rest = segment_at_rest(result->moving);
+            if (fine && set->region > 0.0 && !result->at_rest && springls_count(run->ctx) > 0) {
+                fine = region_follows(run) && segment_forces_update(run);
+            }
         }
-        snprintf(note, sizeof note, "%d springls, %.1f %% moving", springls_count(run->ctx), 100.0 * (double)run->moving);
-        progress_update(bar, (size_t)run->steps, note);
+        snprintf(note, sizeof note, "%d springls, %.1f %% moving", springls_count(run->ctx), 100.0 * (double)result->moving);
+        progress_update(bar, (size_t)result->steps, note);
     }
     segment_watch_free(&watch);
     return fine;
@@ -112,8 +112,8 @@ static float longest_side(const struct volume *image)
     return fmaxf(spacing[0] * (float)dims[0], fmaxf(spacing[1] * (float)dims[1], spacing[2] * (float)dims[2]));
 }
 
-/* Of the finest grid's voxels, mm: by --grid; or as large as the image's ones, but not more than MOST_CELLS of them. */
-static float choose_side(const struct segment *run)
+/* By --grid; or as large as the image's voxels, but not more than MOST_CELLS of them. */
+float segment_choose_side(const struct segment *run)
 {
     const float *spacing = run->image.spacing, longest = longest_side(&run->image);
     const float own = cbrtf(spacing[0] * spacing[1] * spacing[2]);
@@ -122,8 +122,9 @@ static float choose_side(const struct segment *run)
 }
 
 /* How many grids, each half as fine as the next. What starts at the object needs no coarser ones. */
-static int choose_levels(const struct segment *run, float cells)
+int segment_choose_levels(const struct segment *run)
 {
+    const float cells = longest_side(&run->image) / segment_choose_side(run);
     int levels = 1;
     if (run->settings.levels > 0 || !segment_starts_far(run)) {
         return run->settings.levels > 0 ? run->settings.levels : 1;
@@ -137,34 +138,38 @@ static int choose_levels(const struct segment *run, float cells)
 static bool evolve(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
+    struct segment_result *result = run->result;
     struct volume coarse;
     struct progress bar;
     bool fine = true, started = false;
-    const float finest = choose_side(run);
-    run->backend = run_backend("segment", &set->common);
-    run->levels = choose_levels(run, longest_side(&run->image) / finest);
+    if (!run->backend) {
+        run->backend = run_backend("segment", &set->common);
+    }
+    result->voxel = segment_choose_side(run);
+    result->levels = segment_choose_levels(run);
     const double begin = elapsed_seconds();
-    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)run->levels, !segment_may_print(run));
-    for (int level = run->levels - 1; fine && level >= 0; --level) {
-        fine = enter_level(run, ldexpf(finest, level), &coarse)
+    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)result->levels, !segment_may_print(run));
+    for (int level = result->levels - 1; fine && level >= 0; --level) {
+        fine = segment_enter_level(run, ldexpf(result->voxel, level), &coarse)
             && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));
         volume_free(&coarse);
-        fine = fine && (level < run->levels - 1 || take_frame(run)) && settle(run, &bar)
+        fine = fine && (level < result->levels - 1 || take_frame(run)) && settle(run, &bar)
             && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
         started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts afresh */
         fine = fine && (!started || take_frame(run));
     }
     progress_end(&bar);
-    run->seconds = elapsed_seconds() - begin;
+    result->seconds = elapsed_seconds() - begin;
+    result->springls_mean /= result->steps > 0 ? (double)result->steps : 1.0;
+    result->springls = run->ctx ? springls_count(run->ctx) : 0;
     if (fine && !started) {
-        return segment_fail("the contour vanished after %d steps: start closer to the object", run->steps);
+        return segment_fail("the contour vanished after %d steps: start closer to the object", result->steps);
     }
     return fine && segment_check(run->ctx, springls_extract_mesh(run->ctx, &run->surface), "surface")
-        && segment_check(run->ctx, springls_measure(run->ctx, &run->measures), "measures");
+        && segment_check(run->ctx, springls_measure(run->ctx, &result->measures), "measures");
 }
 
-/* Distances in mm and the mask on the image's grid. */
-static void map_back(struct segment *run)
+void segment_map_back(struct segment *run)
 {
     const float size = run->grid.spacing[0];
     segment_resample(&run->grid, run->grid.data, &run->image, run->distance);
@@ -182,8 +187,20 @@ bool segment_run(struct segment *run)
     if (!evolve(run)) {
         return false;
     }
-    map_back(run);
+    segment_map_back(run);
+    segment_forces_free(run);
     return true;
+}
+
+/* A voxel that two contours claim belongs to the one that it lies deeper in. */
+void segment_keep(struct segment *run)
+{
+    for (size_t n = 0; n < run->voxels; ++n) {
+        if (run->distance[n] < run->depth[n]) {
+            run->depth[n] = run->distance[n];
+            run->labels.data[n] = (float)run->result->object->written;
+        }
+    }
 }
 
 static struct surface as_surface(const springls_mesh *mesh)
@@ -198,10 +215,14 @@ bool segment_compare(struct segment *run)
     const struct surface found = as_surface(&run->surface);
     const float *spacing = run->image.spacing;
     const char *reference = run->settings.reference;
+    struct segment_result *result = run->result;
     springls_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(&run->image);
-    run->overlap = metrics_overlap_masks(run->inside, run->truth, run->voxels);
+    if (!run->truth) {
+        return true;
+    }
+    result->overlap = metrics_overlap_masks(run->inside, run->truth, run->voxels);
     if (run_create("segment", &desc, &run->truth_ctx) != CLI_GO_ON
         || !segment_check(run->truth_ctx, segment_model_mask(run->truth_ctx, run->truth, run->voxels), reference)
         || !segment_check(run->truth_ctx, springls_extract_mesh(run->truth_ctx, &run->truth_surface), reference)) {
@@ -209,6 +230,6 @@ bool segment_compare(struct segment *run)
     }
     const struct surface truth = as_surface(&run->truth_surface);
     const double tolerance = (double)fmaxf(spacing[0], fmaxf(spacing[1], spacing[2]));
-    run->has_distances = metrics_surface_distances(&found, &truth, 0, tolerance, &run->distances);
+    result->has_distances = metrics_surface_distances(&found, &truth, 0, tolerance, &result->distances);
     return true;
 }

@@ -1,28 +1,137 @@
 #define _POSIX_C_SOURCE 200809L
 
-#include "volume_header.h"
+#include "volume_format.h"
+#include "volume_nifti.h"
 
 #include <math.h>
-#include <stdint.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-static bool ends_with(const char *text, const char *ending)
+/* ---- what the formats share ---- */
+
+bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error, VOLUME_TEXT, format, arguments);
+    va_end(arguments);
+    return false;
+}
+
+void volume_note(struct volume *volume, const char *text)
+{
+    const size_t used = strlen(volume->note);
+    snprintf(volume->note + used, sizeof volume->note - used, "%s%s", used ? "; " : "", text);
+}
+
+bool volume_ends_with(const char *text, const char *ending)
 {
     const size_t a = strlen(text), b = strlen(ending);
     return a >= b && strcmp(text + a - b, ending) == 0;
 }
 
-static int64_t file_size(const char *path)
+int64_t volume_file_size(const char *path)
 {
     struct stat info;
     return stat(path, &info) == 0 && S_ISREG(info.st_mode) ? (int64_t)info.st_size : -1;
 }
 
-/* One voxel of the file as a double. `bytes` has this machine's order already. */
-static double voxel_value(const unsigned char *bytes, int datatype)
+bool volume_beside(const char *path, const char *name, char *result, size_t size)
+{
+    const char *slash = name[0] == '/' ? NULL : strrchr(path, '/');
+    const int folder = slash ? (int)(slash - path + 1) : 0;
+    return snprintf(result, size, "%.*s%s", folder, path, name) < (int)size;
+}
+
+bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, int all, int frame, char error[VOLUME_TEXT])
+{
+    const int64_t limit = (int64_t)1 << 31; /* 8 GiB as float */
+    int64_t voxels = 1, frames = 1;
+    for (int i = 0; i < all; ++i) {
+        int64_t *product = i < space ? &voxels : &frames;
+        if (sizes[i] < 1) {
+            return volume_error(error, "bad header: size %lld in dimension %d", (long long)sizes[i], i + 1);
+        }
+        if (sizes[i] > limit || *product > limit / sizes[i]) {
+            return volume_error(error, "too large: more than %lld %s", (long long)limit, i < space ? "voxels" : "frames");
+        }
+        *product *= sizes[i];
+    }
+    if (voxels > INT32_MAX || frames > INT32_MAX) { /* a side alone may reach the limit */
+        return volume_error(error, "too large: more than %d voxels or frames", INT32_MAX);
+    }
+    for (int i = 0; i < 3; ++i) {
+        volume->dims[i] = i < space ? (int)sizes[i] : 1;
+    }
+    volume->frame = frame;
+    volume->frame_count = (int)frames;
+    return (frame >= 0 && frame < volume->frame_count)
+        || volume_error(error, "there is no frame %d: the file has %d", frame, volume->frame_count);
+}
+
+bool volume_set_geometry(struct volume *volume)
+{
+    double column[3][3];
+    for (int c = 0; c < 3; ++c) {
+        double length2 = 0.0;
+        for (int r = 0; r < 3; ++r) {
+            length2 += volume->affine[r][c] * volume->affine[r][c];
+        }
+        const double length = sqrt(length2);
+        if (!(length > 1e-9 && length < 1e9) || !(fabs(volume->affine[c][3]) < 1e9)) {
+            return false;
+        }
+        volume->spacing[c] = (float)length;
+        volume->origin[c] = (float)volume->affine[c][3];
+        for (int r = 0; r < 3; ++r) {
+            column[c][r] = volume->affine[r][c] / length;
+            volume->direction[r][c] = (float)column[c][r];
+        }
+    }
+    const double determinant = column[0][0] * (column[1][1] * column[2][2] - column[1][2] * column[2][1])
+                               - column[0][1] * (column[1][0] * column[2][2] - column[1][2] * column[2][0])
+                               + column[0][2] * (column[1][0] * column[2][1] - column[1][1] * column[2][0]);
+    return fabs(determinant) > 1e-4;
+}
+
+void volume_flip_to_ras(double affine[4][4])
+{
+    for (int c = 0; c < 4; ++c) {
+        affine[0][c] = 0.0 - affine[0][c]; /* not -0 */
+        affine[1][c] = 0.0 - affine[1][c];
+    }
+}
+
+bool volume_allocate(struct volume *volume, char error[VOLUME_TEXT])
+{
+    volume->minimum = INFINITY;
+    volume->maximum = -INFINITY;
+    volume->data = malloc(volume_voxels(volume) * sizeof *volume->data);
+    return volume->data || volume_error(error, "not enough memory for %zu voxels", volume_voxels(volume));
+}
+
+void volume_store(struct volume *volume, size_t voxel, double value)
+{
+    const float stored = (float)value;
+    volume->data[voxel] = stored;
+    if (isfinite(stored)) {
+        volume->minimum = fminf(volume->minimum, stored);
+        volume->maximum = fmaxf(volume->maximum, stored);
+    } else {
+        ++volume->replaced;
+    }
+}
+
+size_t volume_sample_size(enum volume_sample type)
+{
+    static const size_t sizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 0};
+    return sizes[type];
+}
+
+double volume_sample(const unsigned char *bytes, enum volume_sample type, bool swapped)
 {
     union {
         int8_t i8;
@@ -35,186 +144,106 @@ static double voxel_value(const unsigned char *bytes, int datatype)
         uint64_t u64;
         float f32;
         double f64;
-    } v;
-    switch (datatype) {
-    case DT_INT8:
-        memcpy(&v, bytes, 1);
-        return v.i8;
-    case DT_UINT8:
-        memcpy(&v, bytes, 1);
-        return v.u8;
-    case DT_INT16:
-        memcpy(&v, bytes, 2);
-        return v.i16;
-    case DT_UINT16:
-        memcpy(&v, bytes, 2);
-        return v.u16;
-    case DT_INT32:
-        memcpy(&v, bytes, 4);
-        return v.i32;
-    case DT_UINT32:
-        memcpy(&v, bytes, 4);
-        return v.u32;
-    case DT_INT64:
-        memcpy(&v, bytes, 8);
-        return (double)v.i64;
-    case DT_UINT64:
-        memcpy(&v, bytes, 8);
-        return (double)v.u64;
-    case DT_FLOAT32:
-        memcpy(&v, bytes, 4);
-        return (double)v.f32;
-    default:
-        memcpy(&v, bytes, 8);
-        return v.f64;
+        unsigned char bytes[8];
+    } v = {0};
+    const size_t size = volume_sample_size(type);
+    for (size_t b = 0; b < size; ++b) {
+        v.bytes[b] = bytes[swapped ? size - 1 - b : b];
+    }
+    switch (type) {
+    case SAMPLE_INT8: return v.i8;
+    case SAMPLE_UINT8: return v.u8;
+    case SAMPLE_INT16: return v.i16;
+    case SAMPLE_UINT16: return v.u16;
+    case SAMPLE_INT32: return v.i32;
+    case SAMPLE_UINT32: return v.u32;
+    case SAMPLE_INT64: return (double)v.i64;
+    case SAMPLE_UINT64: return (double)v.u64;
+    case SAMPLE_FLOAT32: return (double)v.f32;
+    case SAMPLE_FLOAT64: return v.f64;
+    case SAMPLE_NONE: break;
+    }
+    return 0.0;
+}
+
+size_t volume_type_size(enum volume_type type)
+{
+    static const size_t sizes[] = {1, 2, 4};
+    return sizes[type];
+}
+
+bool volume_stream_open(struct volume_stream *stream, FILE *file, bool compressed)
+{
+    memset(stream, 0, sizeof *stream);
+    stream->file = file;
+    stream->compressed = compressed;
+    return !compressed || inflateInit2(&stream->z, 15 + 32) == Z_OK; /* + 32: zlib or gzip, by the first bytes */
+}
+
+size_t volume_stream_read(struct volume_stream *stream, unsigned char *bytes, size_t count)
+{
+    if (!stream->compressed) {
+        return fread(bytes, 1, count, stream->file);
+    }
+    stream->z.next_out = bytes;
+    stream->z.avail_out = (unsigned)count;
+    while (stream->z.avail_out > 0 && !stream->ended) {
+        if (stream->z.avail_in == 0) {
+            stream->z.next_in = stream->input;
+            stream->z.avail_in = (unsigned)fread(stream->input, 1, sizeof stream->input, stream->file);
+        }
+        const int code = inflate(&stream->z, Z_NO_FLUSH);
+        stream->ended = code == Z_STREAM_END;
+        if (code != Z_OK && !stream->ended) {
+            break;
+        }
+    }
+    return count - stream->z.avail_out;
+}
+
+void volume_stream_close(struct volume_stream *stream)
+{
+    if (stream->compressed) {
+        inflateEnd(&stream->z);
     }
 }
 
-/* Where the voxels of a .hdr lie: the same name with .img or .img.gz. */
-static bool image_path(const char *header_path, char *path, size_t size)
-{
-    static const char *const endings[] = {".img", ".img.gz", ".IMG"};
-    size_t stem = strlen(header_path);
-    stem -= ends_with(header_path, ".gz") ? 3 : 0;
-    stem -= stem >= 4 ? 4 : 0;
-    for (size_t i = 0; i < sizeof endings / sizeof *endings; ++i) {
-        if (snprintf(path, size, "%.*s%s", (int)stem, header_path, endings[i]) < (int)size && file_size(path) >= 0) {
-            return true;
-        }
-    }
-    return false;
-}
+/* ---- reading ---- */
 
-/* Moves to `offset` of the uncompressed bytes by reading: a seek past the end of a gzip file may go unnoticed. */
-static bool skip_to(gzFile file, int64_t offset)
-{
-    unsigned char scrap[16384];
-    int64_t left = offset - (int64_t)gztell(file);
-    while (left > 0) {
-        const unsigned want = left < (int64_t)sizeof scrap ? (unsigned)left : (unsigned)sizeof scrap;
-        if (gzread(file, scrap, want) != (int)want) {
-            return false;
-        }
-        left -= want;
-    }
-    return left == 0;
-}
+typedef bool (*reader)(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
-static bool read_voxels(gzFile file, const nifti_image *header, struct volume *volume, char error[VOLUME_TEXT])
+/* By the first bytes, whatever the name says; a MetaImage header is text without a magic word. */
+static reader choose_reader(const char *path, struct volume *volume)
 {
-    enum { BLOCK = 4096 };
-    unsigned char block[BLOCK * 8];
-    const size_t bytes = (size_t)header->nbyper, total = volume_voxels(volume);
-    const bool scaled = header->scl_slope != 0.0;
-    const bool swap = header->swapsize > 1;
-    volume->minimum = INFINITY;
-    volume->maximum = -INFINITY;
-    for (size_t done = 0; done < total;) {
-        const size_t count = total - done < BLOCK ? total - done : BLOCK;
-        const int got = gzread(file, block, (unsigned)(count * bytes));
-        if (got != (int)(count * bytes)) {
-            return volume_error(error, got < 0 ? "damaged: the compressed data are broken"
-                                               : "cut off: the header promises more voxels than the file holds");
-        }
-        if (swap) {
-            nifti_swap_Nbytes((int64_t)count, header->swapsize, block);
-        }
-        for (size_t i = 0; i < count; ++i, ++done) {
-            const double raw = voxel_value(block + i * bytes, header->datatype);
-            const float value = (float)(scaled ? raw * header->scl_slope + header->scl_inter : raw);
-            volume->data[done] = value;
-            if (isfinite(value)) {
-                volume->minimum = fminf(volume->minimum, value);
-                volume->maximum = fmaxf(volume->maximum, value);
-            } else {
-                ++volume->replaced;
-            }
-        }
+    static const char *const first_keys[] = {"ObjectType", "NDims", "Comment", "ObjectSubType"};
+    char begin[64] = "";
+    FILE *file = fopen(path, "rb");
+    if (file) {
+        begin[fread(begin, 1, sizeof begin - 1, file)] = '\0';
+        fclose(file);
     }
-    /* On to the end: only there does zlib compare the checksum. */
-    int got = 0;
-    while ((got = gzread(file, block, sizeof block)) > 0) {}
-    int code = Z_OK;
-    gzerror(file, &code);
-    if (got < 0 || (code != Z_OK && code != Z_STREAM_END)) {
-        return volume_error(error, "damaged: the compressed data are cut off or their checksum is wrong");
+    bool meta = volume_ends_with(path, ".mha") || volume_ends_with(path, ".mhd");
+    for (size_t k = 0; k < sizeof first_keys / sizeof *first_keys; ++k) {
+        meta = meta || strncmp(begin, first_keys[k], strlen(first_keys[k])) == 0;
     }
-    return true;
-}
-
-static bool read_data(const char *path, int frame, const nifti_image *header, struct volume *volume,
-                      char error[VOLUME_TEXT])
-{
-    const int64_t voxels = (int64_t)volume_voxels(volume), frame_bytes = voxels * header->nbyper;
-    const int64_t start = header->iname_offset + frame * frame_bytes, on_disk = file_size(path);
-    gzFile file = gzopen(path, "rb");
-    bool good = false;
-    if (!file) {
-        return volume_error(error, "cannot open %s", path);
-    }
-    gzbuffer(file, 1 << 17);
-    /* deflate cannot shrink by more than about 1032, so this bounds what a compressed file can hold, too. */
-    if (start > (INT64_MAX >> 1) - frame_bytes || (start + frame_bytes) / (gzdirect(file) ? 1 : 1040) > on_disk) {
-        volume_error(error, "cut off: the header promises %lld bytes of voxels at %lld, the file has %lld%s",
-                     (long long)frame_bytes, (long long)start, (long long)on_disk,
-                     gzdirect(file) ? "" : " compressed");
-    } else if (!(volume->data = malloc((size_t)voxels * sizeof *volume->data))) {
-        volume_error(error, "not enough memory for %lld voxels", (long long)voxels);
-    } else if (!skip_to(file, start)) {
-        volume_error(error, "cut off or damaged before the voxels of frame %d", frame);
-    } else {
-        good = read_voxels(file, header, volume, error);
-    }
-    gzclose(file);
-    return good;
+    const bool nrrd = strncmp(begin, "NRRD", 4) == 0 || volume_ends_with(path, ".nrrd") || volume_ends_with(path, ".nhdr");
+    volume->extension = nrrd ? ".nrrd" : meta ? ".mha" : ".nii.gz";
+    return nrrd ? volume_read_nrrd : meta ? volume_read_meta : volume_read_nifti;
 }
 
 static bool read_all(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
-    char data_path[4096];
-    bool single = true;
-    if (file_size(path) < 0) {
+    if (volume_file_size(path) < 0) {
         return volume_error(error, "no such file");
     }
-    gzFile file = gzopen(path, "rb");
-    if (!file) {
-        return volume_error(error, "cannot open");
-    }
-    nifti_image *header = volume_header_read(file, volume, &single, error);
-    gzclose(file);
-    if (!header) {
+    if (!choose_reader(path, volume)(path, frame, volume, error)) {
         return false;
     }
-    volume->header = header;
-    for (int i = 0; i < 3; ++i) {
-        volume->dims[i] = i < header->dim[0] ? (int)header->dim[i + 1] : 1;
-    }
-    int64_t frames = 1;
-    for (int i = 4; i <= header->dim[0]; ++i) {
-        frames *= header->dim[i];
-    }
-    volume->frame = frame;
-    volume->frame_count = frames < INT32_MAX ? (int)frames : INT32_MAX;
-    if (frame < 0 || frame >= volume->frame_count) {
-        return volume_error(error, "there is no frame %d: the file has %d", frame, volume->frame_count);
-    }
-    if (!volume_header_geometry(header, volume, error)) {
-        return false;
-    }
-    if (single) {
-        const int64_t first = header->nifti_type == NIFTI_FTYPE_NIFTI2_1 ? 544 : 352;
-        header->iname_offset = header->iname_offset > 0 ? header->iname_offset : first;
-    } else if (!image_path(path, data_path, sizeof data_path)) {
-        return volume_error(error, "the .img file with the voxels is missing");
-    }
-    if (!read_data(single ? path : data_path, frame, header, volume, error)) {
-        return false;
+    if (volume->replaced == volume_voxels(volume)) {
+        return volume_error(error, "no voxel is finite");
     }
     if (volume->replaced > 0) {
         char text[96];
-        if (volume->replaced == volume_voxels(volume)) {
-            return volume_error(error, "no voxel is finite");
-        }
         for (size_t i = 0; i < volume_voxels(volume); ++i) {
             volume->data[i] = isfinite(volume->data[i]) ? volume->data[i] : volume->minimum;
         }
@@ -238,6 +267,17 @@ bool volume_read(const char *path, int frame, struct volume *volume, char error[
     return volume_error(error, "%s%s: %.200s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path,
                         reason);
 }
+
+bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,
+                  char error[VOLUME_TEXT])
+{
+    error[0] = '\0';
+    return volume_ends_with(path, ".nrrd")  ? volume_write_nrrd(path, like, type, data, error)
+           : volume_ends_with(path, ".mha") ? volume_write_meta(path, like, type, data, error)
+                                            : volume_write_nifti(path, like, type, data, error);
+}
+
+/* ---- made volumes ---- */
 
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume)
 {

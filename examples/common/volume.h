@@ -1,9 +1,13 @@
-/* volume.h - three-dimensional images: NIfTI-1 and NIfTI-2 in and out.
+/* volume.h - three-dimensional images in and out: NIfTI-1 and -2, NRRD, MetaImage.
  *
- * Read: .nii, .nii.gz, and .hdr + .img (either gzip-compressed), both byte orders, all integer and real data types.
- * Orientation is the sform when its code is above 0, else the qform when its code is above 0, else the pixel sizes
- * alone. World coordinates are millimetres in the file's RAS+ axes (x right, y anterior, z superior), as NIfTI defines
- * them; lengths given in metres or micrometres are converted.
+ * Read, by the first bytes of the file: .nii, .nii.gz and .hdr + .img (either gzip-compressed); .nrrd and .nhdr + data
+ * (through teem, all its encodings); .mha and .mhd + data (raw or zlib-compressed). Both byte orders, all integer and real
+ * data types. What a file has beside its three axes of space, be it time or the parts of a vector, counts as frames.
+ *
+ * World coordinates are millimetres in RAS+ axes (x right, y anterior, z superior), as NIfTI defines them; NRRD's and
+ * MetaImage's LPS is turned, lengths in other units are converted. NIfTI's orientation is the sform when its code is above
+ * 0, else the qform when its code is above 0, else the pixel sizes alone. A NRRD without a named space counts as LPS, as it
+ * does for ITK.
  *
  * A file is not believed: sizes are checked against what is really there before memory is asked for, and a bad file
  * ends in one line of text, no output of its own. */
@@ -26,7 +30,8 @@ struct volume {
     size_t replaced; /* voxels that were NaN or infinite: now `minimum` */
     int frame, frame_count;
     char note[VOLUME_TEXT]; /* what was odd but bearable; empty if nothing */
-    void *header;           /* the file's header, for writing in the same geometry; NULL for made volumes */
+    const char *extension;  /* of the format read, for writing in the same one: ".nii.gz", ".nrrd", ".mha"; else NULL */
+    void *header;           /* a NIfTI file's header, for writing in the same geometry; else NULL */
 };
 
 static inline size_t volume_voxels(const struct volume *v)
@@ -54,8 +59,9 @@ void volume_world_to_index(const struct volume *volume, const float world[3], fl
 
 enum volume_type { VOLUME_UINT8, VOLUME_INT16, VOLUME_FLOAT32 };
 
-/* Writes `data` (of the given type, volume_voxels(like) items) in the geometry of `like`: .nii or .nii.gz by the name;
- * NIfTI-1, or NIfTI-2 when `like` was read from one or a side is longer than 32767. A failed write leaves no file. */
+/* Writes `data` (of the given type, volume_voxels(like) items) in the geometry of `like`, in the format that the name says:
+ * .nrrd and .mha, compressed; else NIfTI, compressed if the name ends in .gz: NIfTI-1, or NIfTI-2 when `like` was read from
+ * one or a side is longer than 32767. A failed write leaves no file. */
 bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,
                   char error[VOLUME_TEXT]);
 

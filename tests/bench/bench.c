@@ -274,6 +274,41 @@ static void threads(struct bench *bench, const struct run *one)
     fflush(stdout);
 }
 
+/* ---- OpenCL ---- */
+
+/* The same run by scalar code on two threads and by OpenCL, stage by stage. Kernels are compiled by a short run before. */
+static void opencl(struct bench *bench, int grid)
+{
+    static const char *const names[] = {"advect", "relax", "contract", "resample", "project", "keep_edges", "fill_gaps"};
+    static const char *const backends[] = {"scalar", "opencl"};
+    static struct table table;
+    char device[256], hash[2][32];
+    struct run *runs[2], *warm = new_run(bench, "leveque_opencl_warm", grid);
+    run_command(warm, "build/leveque --grid %d --params default --period 0.2 --backend opencl --quiet --json -", grid);
+    execute(warm);
+    for (int b = 0; b < 2; ++b) {
+        runs[b] = new_run(bench, b ? "leveque_opencl" : "leveque_scalar_two_threads", grid);
+        run_command(runs[b], "build/leveque --grid %d --params default --period 2.5 --threads 2 --backend %s --quiet --json -", grid, backends[b]);
+        execute(runs[b]);
+        run_text(runs[b], "state_hash", hash[b], sizeof hash[b]);
+    }
+    run_text(runs[1], "backend", device, sizeof device);
+    table_begin(&table);
+    table_row(&table, "leveque %d^3, default parameters|scalar, 2 threads|OpenCL|scalar over OpenCL", grid);
+    for (size_t i = 0; i <= sizeof names / sizeof *names; ++i) {
+        const bool all = i == sizeof names / sizeof *names;
+        char key[40];
+        snprintf(key, sizeof key, all ? "seconds_total" : "seconds_stage.%s", all ? "" : names[i]);
+        const double scalar = run_number(runs[0], key), seconds = run_number(runs[1], key);
+        table_row(&table, "%s|%s|%s|%s", all ? "all" : names[i], cell("%.2f s", scalar), cell("%.2f s", seconds), cell("%.2f x", scalar / seconds));
+    }
+    table_print(&table, stdout);
+    printf("%s; %s. A step: %.0f kernels, %.0f times something is read back, %.0f bytes in all.\n\n", device,
+           hash[0][0] && strcmp(hash[0], hash[1]) == 0 ? "the same bits" : "other bits", run_number(runs[1], "kernels_per_step"),
+           run_number(runs[1], "downloads_per_step"), run_number(runs[1], "bytes_down_per_step"));
+    fflush(stdout);
+}
+
 static bool write_json(const struct bench *bench)
 {
     struct json_writer json;
@@ -302,6 +337,11 @@ int main(void)
            "those of each method's own mesh; volume error is against the exact shape, volume change against the mesh at the\n"
            "start.\n\n");
     fflush(stdout);
+    if (getenv("ONLY") && strcmp(getenv("ONLY"), "opencl") == 0) {
+        opencl(&bench, bench.grid);
+        runs_free(bench.runs, bench.run_count);
+        return 0;
+    }
     compile_times(&bench);
     memory(&bench);
     const int leveque = bench.run_count;
@@ -310,6 +350,8 @@ int main(void)
     stages(&bench.runs[leveque + 1]);
     threads(&bench, &bench.runs[leveque + 1]);
     printf("\n");
+    opencl(&bench, bench.grid);
+    opencl(&bench, 2 * bench.grid);
     default_problems(&bench, getenv("FULL") && getenv("FULL")[0] == '1');
     for (int i = 0; i < bench.run_count; ++i) {
         failures += bench.runs[i].json == NULL;

@@ -1,7 +1,7 @@
 /* motion.c - one motion, run and measured, in any of three orders of the axes. */
 #define _POSIX_C_SOURCE 200809L
 #define SPRINGLS_IMPLEMENTATION
-#include "springls.h"
+#include "springls_cl.h"
 
 #include "motion.h"
 

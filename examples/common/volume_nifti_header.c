@@ -1,40 +1,34 @@
-#include "volume_header.h"
+/* volume_nifti_header.c - from the bytes of a NIfTI header to a checked nifti_image. */
+#include "volume_nifti.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
+enum volume_sample volume_nifti_sample(int datatype)
 {
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(error, VOLUME_TEXT, format, arguments);
-    va_end(arguments);
-    return false;
-}
-
-void volume_note(struct volume *volume, const char *text)
-{
-    const size_t used = strlen(volume->note);
-    snprintf(volume->note + used, sizeof volume->note - used, "%s%s", used ? "; " : "", text);
+    switch (datatype) {
+    case DT_UINT8: return SAMPLE_UINT8;
+    case DT_INT8: return SAMPLE_INT8;
+    case DT_INT16: return SAMPLE_INT16;
+    case DT_UINT16: return SAMPLE_UINT16;
+    case DT_INT32: return SAMPLE_INT32;
+    case DT_UINT32: return SAMPLE_UINT32;
+    case DT_INT64: return SAMPLE_INT64;
+    case DT_UINT64: return SAMPLE_UINT64;
+    case DT_FLOAT32: return SAMPLE_FLOAT32;
+    case DT_FLOAT64: return SAMPLE_FLOAT64;
+    default: return SAMPLE_NONE;
+    }
 }
 
 static const char *type_problem(int datatype)
 {
-    switch (datatype) {
-    case DT_UINT8:
-    case DT_INT8:
-    case DT_INT16:
-    case DT_UINT16:
-    case DT_INT32:
-    case DT_UINT32:
-    case DT_INT64:
-    case DT_UINT64:
-    case DT_FLOAT32:
-    case DT_FLOAT64:
+    if (volume_nifti_sample(datatype) != SAMPLE_NONE) {
         return NULL;
+    }
+    switch (datatype) {
     case DT_RGB24:
     case DT_RGBA32:
         return "colour voxels";
@@ -61,29 +55,19 @@ struct essentials {
 
 static bool check(const struct essentials *e, bool single, struct volume *volume, char error[VOLUME_TEXT])
 {
-    const int64_t voxel_limit = (int64_t)1 << 31; /* 8 GiB as float */
-    int64_t voxels = 1, frames = 1;
+    struct volume sizes;
     if (e->dim[0] < 1 || e->dim[0] > 7) {
         return volume_error(error, "bad header: number of dimensions is %lld", (long long)e->dim[0]);
     }
-    for (int i = 1; i <= e->dim[0]; ++i) {
-        if (e->dim[i] < 1) {
-            return volume_error(error, "bad header: size %lld in dimension %d", (long long)e->dim[i], i);
-        }
-        int64_t *product = i <= 3 ? &voxels : &frames;
-        if (e->dim[i] > voxel_limit || *product > voxel_limit / e->dim[i]) {
-            return volume_error(error, "too large: more than %lld %s", (long long)voxel_limit,
-                                i <= 3 ? "voxels" : "frames");
-        }
-        *product *= e->dim[i];
+    const int all = (int)e->dim[0];
+    if (!volume_set_sizes(&sizes, e->dim + 1, all < 3 ? all : 3, all, 0, error)) {
+        return false;
     }
     const char *problem = type_problem(e->datatype);
     if (problem) {
         return volume_error(error, "cannot use %s (datatype %d)", problem, e->datatype);
     }
-    int bytes = 0, swap = 0;
-    nifti_datatype_sizes(e->datatype, &bytes, &swap);
-    if (e->bitpix != 8 * bytes) {
+    if (e->bitpix != 8 * (int)volume_sample_size(volume_nifti_sample(e->datatype))) {
         volume_note(volume, "header names a wrong number of bits a voxel, the data type is believed");
     }
     if (!isfinite(e->offset) || e->offset < 0.0 || e->offset > 1e15
@@ -189,7 +173,7 @@ nifti_image *volume_header_read(gzFile file, struct volume *volume, bool *single
     const unsigned big = bytes[3] | (unsigned)bytes[2] << 8 | (unsigned)bytes[1] << 16 | (unsigned)bytes[0] << 24;
     const unsigned size = little == sizeof(nifti_1_header) || little == sizeof(nifti_2_header) ? little : big;
     if (size != sizeof(nifti_1_header) && size != sizeof(nifti_2_header)) {
-        volume_error(error, "not a NIfTI file (it begins with neither 348 nor 540)");
+        volume_error(error, "not a NIfTI, NRRD or MetaImage file");
         return NULL;
     }
     if (gzread(file, bytes + 4, size - 4) != (int)(size - 4)) {
@@ -207,31 +191,6 @@ nifti_image *volume_header_read(gzFile file, struct volume *volume, bool *single
         header->scl_inter = 0.0;
     }
     return header;
-}
-
-bool volume_set_geometry(struct volume *volume)
-{
-    double column[3][3];
-    for (int c = 0; c < 3; ++c) {
-        double length2 = 0.0;
-        for (int r = 0; r < 3; ++r) {
-            length2 += volume->affine[r][c] * volume->affine[r][c];
-        }
-        const double length = sqrt(length2);
-        if (!(length > 1e-9 && length < 1e9) || !(fabs(volume->affine[c][3]) < 1e9)) {
-            return false;
-        }
-        volume->spacing[c] = (float)length;
-        volume->origin[c] = (float)volume->affine[c][3];
-        for (int r = 0; r < 3; ++r) {
-            column[c][r] = volume->affine[r][c] / length;
-            volume->direction[r][c] = (float)column[c][r];
-        }
-    }
-    const double determinant = column[0][0] * (column[1][1] * column[2][2] - column[1][2] * column[2][1])
-                               - column[0][1] * (column[1][0] * column[2][2] - column[1][2] * column[2][0])
-                               + column[0][2] * (column[1][0] * column[2][1] - column[1][1] * column[2][0]);
-    return fabs(determinant) > 1e-4;
 }
 
 bool volume_header_geometry(const nifti_image *header, struct volume *volume, char error[VOLUME_TEXT])

@@ -1,5 +1,5 @@
-/* volume_write.c - volume_write of volume.h. */
-#include "volume_header.h"
+/* volume_nifti_write.c - NIfTI files for volume_write of volume.h. */
+#include "volume_nifti.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -49,20 +49,17 @@ static nifti_image *make_header(const struct volume *like, int datatype)
     return header;
 }
 
-bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,
-                  char error[VOLUME_TEXT])
+bool volume_write_nifti(const char *path, const struct volume *like, enum volume_type type, const void *data,
+                        char error[VOLUME_TEXT])
 {
     static const int datatypes[] = {DT_UINT8, DT_INT16, DT_FLOAT32};
-    static const size_t sizes[] = {1, 2, 4};
     const nifti_image *original = like->header;
     const bool version_2 =
         (original && (original->nifti_type == NIFTI_FTYPE_NIFTI2_1 || original->nifti_type == NIFTI_FTYPE_NIFTI2_2))
         || like->dims[0] > 32767 || like->dims[1] > 32767 || like->dims[2] > 32767;
-    const size_t length = strlen(path);
-    const bool compressed = length > 3 && strcmp(path + length - 3, ".gz") == 0;
+    const bool compressed = volume_ends_with(path, ".gz");
     unsigned char bytes[sizeof(nifti_2_header) + 4];
     size_t header_size = 0;
-    error[0] = '\0';
     nifti_set_debug_level(0);
     nifti_image *header = make_header(like, datatypes[type]);
     if (!header) {
@@ -91,7 +88,7 @@ bool volume_write(const char *path, const struct volume *like, enum volume_type 
         return volume_error(error, "%.200s: cannot write there", path);
     }
     bool good = gzwrite(file, bytes, (unsigned)header_size + 4) == (int)header_size + 4;
-    const size_t total = volume_voxels(like) * sizes[type], step = (size_t)1 << 24;
+    const size_t total = volume_voxels(like) * volume_type_size(type), step = (size_t)1 << 24;
     for (size_t done = 0; good && done < total; done += step) {
         const size_t count = total - done < step ? total - done : step;
         good = gzwrite(file, (const unsigned char *)data + done, (unsigned)count) == (int)count;
