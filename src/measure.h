@@ -6,9 +6,9 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     springls__mesh_report report;
     int32_t *parent;
     uint64_t *sides;
+    if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
-    memset(out, 0, sizeof *out);
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
