@@ -52,7 +52,7 @@ endif
 export OMP_WAIT_POLICY ?= passive
 
 .PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions segmentation install format clean \
-        asan ubsan tsan compile-matrix deps-matrix FORCE
+        asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
 help:   ## this list
@@ -64,7 +64,7 @@ deps: deps-test deps-demo deps-opencl   ## install what demo and test need, wher
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-test deps-opencl deps-bench deps-matrix:
+deps-demo deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -172,6 +172,18 @@ ubsan:  ## the tests under UndefinedBehaviorSanitizer
 	@$(SANITIZED) -fsanitize=undefined,float-cast-overflow -fno-sanitize-recover=all"
 tsan:   ## the tests with threads under ThreadSanitizer (data races)
 	@$(SANITIZED) -fsanitize=thread"
+
+# Vectors that are filled lane by lane it does not follow: the scalar text is what it reads.
+msan: deps-oclgrind springls.h   ## models' lives under MemorySanitizer (values that nobody has set)
+	@mkdir -p build
+	$(SAY)clang -std=c99 -O1 -g $(EXACT) -fsanitize=memory -fno-sanitize-recover=all -DSPRINGLS_NO_SIMD -I. -Itests -o build/lives-msan \
+	  tests/compile/hashes.c $(TEST_LIBS)
+	build/lives-msan
+
+oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL device: memory errors, races, wrong calls
+	@mkdir -p build
+	$(SAY)$(CC) $(STRICT) -O2 -I. -Itests -o build/opencl_small tests/opencl_small.c $(TEST_LIBS)
+	@tests/oclgrind.sh build/opencl_small
 
 compile-matrix: deps-matrix   ## both headers in every language, linkage and namespace mode, gcc and clang
 	@$(MAKE) --no-print-directory springls.h build/embed

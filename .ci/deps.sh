@@ -1,6 +1,6 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: test demo opencl bench matrix make. CC and CXX name the compilers that are wanted.
+# system's package manager. Groups: test demo opencl oclgrind bench matrix make. CC and CXX name the compilers that are wanted.
 # Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -44,6 +44,12 @@ for group; do
             CL/cl.h opencl-headers"
         need_library libOpenCL.so.1 ocl-icd-libopencl1
         need_file /etc/OpenCL/vendors/pocl.icd pocl-opencl-icd ;;
+    oclgrind)   # a device that looks at every access; and clang's sanitizer that does so for C
+        headers="$headers
+            CL/cl.h opencl-headers"
+        need_command oclgrind oclgrind
+        need_command clang clang
+        echo 'int main(void) { return 0; }' | clang -x c -fsanitize=memory -o /dev/null - 2> /dev/null || need libclang-rt-dev ;;
     demo|bench)
         headers="$headers
             CL/cl.h opencl-headers
@@ -62,7 +68,7 @@ for group; do
             tbb/tbb.h libtbb-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, opencl, bench, matrix, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, opencl, oclgrind, bench, matrix, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

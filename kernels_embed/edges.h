@@ -61,8 +61,8 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 /* The direction that most of the weight that faces elsewhere than the sides tried yet agrees about, and that weight. */
 typedef struct springls__support { springls__v3 normal; float weight; } springls__support;
 
-SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[SPRINGLS__TRIES], int tries, const springls__v3 n[SPRINGLS__CROWD],
-                                                      const float weight[SPRINGLS__CROWD], int count)
+SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 *tried, int tries, const springls__v3 *n,
+                                                      const float *weight, int count)
 {
     springls__support best;
     int i, j, elsewhere, stride = count / 24 + 1; /* of many, some are asked */
@@ -88,8 +88,8 @@ SPRINGLS__MATHS springls__support springls__next_side(const springls__v3 tried[S
 /* The middle of those that face like n, and how narrow a strip they are: the least standard deviation, squared. */
 typedef struct springls__strip { springls__v3 middle; float width2; } springls__strip;
 
-SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
-                                                   const float weight[SPRINGLS__CROWD], int count)
+SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
+                                                   const float *weight, int count)
 {
     springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;
     springls__patch patch = springls__patch_begin();
@@ -114,8 +114,7 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
    other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
    that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 p[SPRINGLS__CROWD], const springls__v3 n[SPRINGLS__CROWD],
-                                                     const float weight[SPRINGLS__CROWD], int count, float narrow, int certain)
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)
 {
     const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];

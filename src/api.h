@@ -52,7 +52,9 @@ typedef enum springls_status {
     SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
     SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
-    SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it, see springls_cl.h   */
+    SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
+                                       ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
+                                       the model could not be brought back: then it is empty                             */
     SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
 } springls_status;
 

@@ -572,6 +572,45 @@ TEST questions_fetch_once(void)
     PASS();
 }
 
+/* A context that has worked on the device takes springls with correspondences of their own, and works on. */
+FIXTURE uint64_t life_of_springls(springls_backend *backend)
+{
+    static float vertices[9 * 20000], origins[3 * 20000];
+    springls_context *ctx;
+    uint64_t hash = 0;
+    int i, m, count;
+    life l;
+    life_make(&l, LIFE_ELASTIC);
+    ctx = life_context(&l, backend);
+    if (!ctx) return 0;
+    if (springls_step(ctx, &l.step) == SPRINGLS_OK && springls_count(ctx) <= 20000) {
+        count = springls_count(ctx);
+        for (i = 0; i < count; i++) {
+            springls__v3 a = fixture_origin(ctx, i);
+            for (m = 0; m < 3; m++) {
+                springls__v3 q = fixture_vertex(ctx, i, m);
+                memcpy(vertices + 9 * i + 3 * m, &q.x, sizeof q);
+            }
+            origins[3 * i] = a.x + 0.25f;
+            origins[3 * i + 1] = a.y;
+            origins[3 * i + 2] = a.z;
+        }
+        if (springls_set_springls(ctx, vertices, NULL, origins, count) == SPRINGLS_OK && springls_step(ctx, &l.step) == SPRINGLS_OK) hash = life_mesh(ctx);
+    }
+    springls_destroy(ctx);
+    return hash;
+}
+
+TEST springls_are_taken_afresh(void)
+{
+    uint64_t hash;
+    NEEDS_DEVICE();
+    hash = life_of_springls(parity_backend);
+    ASSERT(hash != 0);
+    ASSERT(hash == life_of_springls(NULL));
+    PASS();
+}
+
 SUITE(lives)
 {
     static const struct { const char *name; springls_status (*disturb)(springls_context *ctx, life *l, int step); bool changes_nothing; } between[] = {
@@ -589,6 +628,7 @@ SUITE(lives)
         RUN_TESTp(what_happens_between_steps, between[i].disturb, between[i].changes_nothing);
     }
     RUN_TEST(questions_fetch_once);
+    RUN_TEST(springls_are_taken_afresh);
 }
 
 SUITE(kernels)
