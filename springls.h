@@ -4723,7 +4723,7 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
             springls__tri t;
             springls__v3 p;
             if (!(exposed[cube] >> k & 1)) continue;
-            if (at == job.i[0]) return;
+            if (at >= job.i[0]) return; /* no more room, maybe since another brick */
             t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);
             p = springls__tri_centroid(t);
             springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);
@@ -15225,7 +15225,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__tri t;\n",
     "            springls__v3 p;\n",
     "            if (!(exposed[cube] >> k & 1)) continue;\n",
-    "            if (at == job.i[0]) return;\n",
+    "            if (at >= job.i[0]) return; /* no more room, maybe since another brick */\n",
     "            t = springls__cube_triangle(&range, cell, springls__mc_case(cell), x, y, z, k);\n",
     "            p = springls__tri_centroid(t);\n",
     "            springls__springl_add(model, model->set.count + at++, springls__springl_make(t, p), p, 1u, 0);\n",

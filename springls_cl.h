@@ -52,7 +52,7 @@ typedef struct springls_cl_desc {
     springls_velocity_fn velocity; /* a force callback ... */
     const char *velocity_source;   /* ... and the same in OpenCL C, which is run instead of it on the device:
                                       float3 springls_velocity(float3 x, float time, __global const float *user) */
-    size_t velocity_user_bytes;    /* of springls_forces.user, which it may read: sent in every step            */
+    size_t velocity_user_bytes;    /* of springls_forces.user, sent in every step; 0: it may not read `user`   */
     springls_logger logger;   /* what is picked, why there is none, and the build log with lines of springls.h   */
 } springls_cl_desc;
 

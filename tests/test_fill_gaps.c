@@ -192,6 +192,37 @@ TEST room_is_respected(void)
 }
 
 /* The closing surface at the border of the domain is part of the zero level, and is filled as well. */
+/* A model that has been full from the start moves on, with no springl more than it may have and nothing written beyond. */
+TEST full_models_stay_full(int most)
+{
+    springls_desc desc = fixture_desc(48, NULL);
+    springls_deformation_flow flow;
+    springls_sphere ball = fixture_ball(17.0f, 17.0f, 17.0f, 7.0f);
+    springls_step_desc step;
+    springls_forces forces;
+    springls_context *ctx;
+    int i;
+    desc.max_springls = most;
+    flow.grid_size = 48.0f;
+    flow.period = 3.0f;
+    memset(&forces, 0, sizeof forces);
+    forces.velocity = springls_velocity_deformation;
+    forces.user = &flow;
+    memset(&step, 0, sizeof step);
+    step.forces = &forces;
+    step.dt = 0.03f;
+    step.max_displacement = 2.0f;
+    ASSERT_EQ(SPRINGLS_OK, springls_create(&desc, &ctx));
+    ASSERT_EQ(SPRINGLS_OK, springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+    for (i = 0; i < 3; i++) {
+        ASSERT_EQ(SPRINGLS_OK, springls_step(ctx, &step));
+        ASSERT(springls_count(ctx) <= most);
+    }
+    ASSERT(springls_get_stats(ctx).refused > 0);
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST the_border_is_filled(void)
 {
     springls_context *ctx = fixture_sphere(24, NULL, 3.0f, 11.5f, 20.0f, 7.0f);
@@ -331,6 +362,9 @@ SUITE(fill_gaps)
     RUN_TESTp(correspondences_are_near_the_truth, 1);
     RUN_TEST(correspondences_survive_motion);
     RUN_TEST(room_is_respected);
+    RUN_TESTp(full_models_stay_full, 1);
+    RUN_TESTp(full_models_stay_full, 100);
+    RUN_TESTp(full_models_stay_full, 700);
     RUN_TEST(the_border_is_filled);
 }
 
