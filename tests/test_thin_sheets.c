@@ -29,6 +29,7 @@ static springls_status out_and_back(const springls_params *p, outcome *out)
     flow.grid_size = n;
     flow.period = 2.5f;
     memset(out, 0, sizeof *out);
+    memset(&m, 0, sizeof m);
     springls_measure(ctx, &first);
     for (i = 1; i <= STEPS && status == SPRINGLS_OK; i++) {
         status = springls_step(ctx, &step);
