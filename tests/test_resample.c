@@ -62,6 +62,7 @@ TEST halves_inherit(void)
         ASSERT_LT(next, springls_count(ctx));
         s[1] = fixture_get(ctx, next);
         ASSERT_EQ((uint32_t)next, s[1].id);
+        fixture_here(ctx);
         ASSERT_EQ(ctx->model.set.mask[i], ctx->model.set.mask[next]);
         next++;
         for (k = 0; k < 2; k++) {
