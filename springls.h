@@ -1376,7 +1376,7 @@ typedef struct springls__packed {
     float phi;
     uint32_t mask, edge;
 } springls__packed;
-#define SPRINGLS__PACKED_WORDS 28
+#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -1869,17 +1869,6 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
 {
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
-}
-
-/* The range of bricks within `margin` of p, as far as there are any. */
-SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
-{
-    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
 }
 
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
@@ -4128,7 +4117,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */
+#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
@@ -6070,7 +6059,7 @@ SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index,
     return SPRINGLS_OK;
 }
 
-/* Two arrays of one size change places. */
+/* Two arrays of one element size change places, with their memory here and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];
@@ -6584,7 +6573,7 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__leave_backend(ctx);
 }
 
-/* Stages run on the device ... */
+/* From now on kernels run on the device, where there is one: for stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
 /* Whatever the device has is of no use any more. */
@@ -6613,11 +6602,25 @@ SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_stat
     return status;
 }
 
-/* ... inputs and queries here. */
+/* Working memory of stages: what it holds is of no use to whoever comes after them. */
+#define SPRINGLS__WORK_BITS                                                                                                      \
+    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
+     SPRINGLS__BIT(BRICK_LIST) | SPRINGLS__BIT(SPARE))
+
+SPRINGLS__FN void springls__forget_work(springls_context *ctx)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (SPRINGLS__WORK_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+}
+
+/* From now on they run here, on all of the model: for inputs and queries. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0));
+    springls__forget_work(ctx);
+    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
 
 /* ======== >>run  (src/run.h) =================================================================================== */
@@ -11901,7 +11904,7 @@ static const char *const springls__kernel_lines[] = {
     "    float phi;\n",
     "    uint32_t mask, edge;\n",
     "} springls__packed;\n",
-    "#define SPRINGLS__PACKED_WORDS 28\n",
+    "#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
@@ -12393,17 +12396,6 @@ static const char *const springls__kernel_lines[] = {
     "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
     "}\n",
     "\n",
-    "/* The range of bricks within `margin` of p, as far as there are any. */\n",
-    "SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])\n",
-    "{\n",
-    "    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;\n",
-    "    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;\n",
-    "    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;\n",
-    "    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;\n",
-    "    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;\n",
-    "    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;\n",
-    "}\n",
-    "\n",
     "/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */\n",
     "typedef struct springls__cell_walk {\n",
     "    const springls__grid *g;\n",
@@ -12501,7 +12493,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1984 \"springls.h\"\n",
+    "#line 1973 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12563,7 +12555,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2047 \"springls.h\"\n",
+    "#line 2036 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12761,7 +12753,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2246 \"springls.h\"\n",
+    "#line 2235 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12925,7 +12917,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2411 \"springls.h\"\n",
+    "#line 2400 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12951,7 +12943,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2438 \"springls.h\"\n",
+    "#line 2427 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -13020,7 +13012,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2508 \"springls.h\"\n",
+    "#line 2497 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -13071,7 +13063,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2560 \"springls.h\"\n",
+    "#line 2549 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -13245,7 +13237,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2735 \"springls.h\"\n",
+    "#line 2724 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13367,7 +13359,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2858 \"springls.h\"\n",
+    "#line 2847 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -13500,7 +13492,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2992 \"springls.h\"\n",
+    "#line 2981 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13904,7 +13896,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3397 \"springls.h\"\n",
+    "#line 3386 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13998,7 +13990,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3492 \"springls.h\"\n",
+    "#line 3481 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -14097,7 +14089,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3592 \"springls.h\"\n",
+    "#line 3581 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -14297,7 +14289,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3793 \"springls.h\"\n",
+    "#line 3782 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14354,7 +14346,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3851 \"springls.h\"\n",
+    "#line 3840 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14449,7 +14441,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3947 \"springls.h\"\n",
+    "#line 3936 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14568,7 +14560,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4067 \"springls.h\"\n",
+    "#line 4056 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14633,7 +14625,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUMS 11\n",
     "#define SPRINGLS__NEAREST2 11\n",
     "#define SPRINGLS__FACING 12\n",
-    "#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */\n",
+    "#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
     "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
     "\n",
@@ -14844,7 +14836,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4344 \"springls.h\"\n",
+    "#line 4333 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -15031,7 +15023,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4532 \"springls.h\"\n",
+    "#line 4521 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -15156,7 +15148,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4658 \"springls.h\"\n",
+    "#line 4647 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -15251,7 +15243,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4754 \"springls.h\"\n",
+    "#line 4743 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -15517,7 +15509,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5021 \"springls.h\"\n",
+    "#line 5010 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15757,7 +15749,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5262 \"springls.h\"\n",
+    "#line 5251 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15788,7 +15780,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5294 \"springls.h\"\n",
+    "#line 5283 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15995,7 +15987,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5502 \"springls.h\"\n",
+    "#line 5491 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -16103,7 +16095,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5611 \"springls.h\"\n",
+    "#line 5600 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -16239,7 +16231,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5748 \"springls.h\"\n",
+    "#line 5737 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -16317,7 +16309,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16321 \"springls.h\"\n",
+    "#line 16313 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16731,7 +16723,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16735 \"springls.h\"\n",
+    "#line 16727 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16756,7 +16748,7 @@ static const char *const springls__kernel_lines[] = {
     "    return r;\n",
     "}\n",
     "\n",
-    "/* Work items: rows of the active bricks, then bricks of the top table. First voxel of a row and where it lies. */\n",
+    "/* The first voxel of row `row` of all active bricks' rows, and where it lies. */\n",
     "SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])\n",
     "{\n",
     "    int slot = g->active[row / SPRINGLS__ROWS];\n",
@@ -16772,6 +16764,7 @@ static const char *const springls__kernel_lines[] = {
     "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
+    "/* Elements here: rows of the active bricks, then bricks of the top table. */\n",
     "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
@@ -16869,7 +16862,7 @@ static const char *const springls__kernel_lines[] = {
     "    return g->phi[v] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
-    "/* Labels become roots; what the voxels around a member say is added up there. Regions of bricks alone have no vote. */\n",
+    "/* What the settled voxels around the members of a region say is added up at its root. Open bricks have none around them. */\n",
     "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
@@ -16929,7 +16922,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16933 \"springls.h\"\n",
+    "#line 16926 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

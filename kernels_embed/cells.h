@@ -7,17 +7,6 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* The range of bricks within `margin` of p, as far as there are any. */
-SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
-{
-    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
-}
-
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
 typedef struct springls__cell_walk {
     const springls__grid *g;

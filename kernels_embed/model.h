@@ -129,7 +129,7 @@ typedef struct springls__packed {
     float phi;
     uint32_t mask, edge;
 } springls__packed;
-#define SPRINGLS__PACKED_WORDS 28
+#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */

@@ -62,7 +62,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */
+#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 

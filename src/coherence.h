@@ -92,7 +92,7 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__leave_backend(ctx);
 }
 
-/* Stages run on the device ... */
+/* From now on kernels run on the device, where there is one: for stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
 /* Whatever the device has is of no use any more. */
@@ -121,9 +121,23 @@ SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_stat
     return status;
 }
 
-/* ... inputs and queries here. */
+/* Working memory of stages: what it holds is of no use to whoever comes after them. */
+#define SPRINGLS__WORK_BITS                                                                                                      \
+    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
+     SPRINGLS__BIT(BRICK_LIST) | SPRINGLS__BIT(SPARE))
+
+SPRINGLS__FN void springls__forget_work(springls_context *ctx)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (SPRINGLS__WORK_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+}
+
+/* From now on they run here, on all of the model: for inputs and queries. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0));
+    springls__forget_work(ctx);
+    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
