@@ -1563,7 +1563,8 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
     bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
-        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
     } else if (inner) {
@@ -1579,9 +1580,12 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
 {
     float c = springls__grid_sample(g, phi, x);
     float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
-    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
-    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
-    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
+    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
+    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
+    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
@@ -1589,21 +1593,26 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
 SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
-    return springls__v3_make(
-        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
+    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
+                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
+                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
 }
 
 /* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
 #define SPRINGLS__TILE 10
 #define SPRINGLS__TILE_VOXELS 1000
 
-SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
+SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
+{
+    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
+}
 
 /* Each item of a group loads some of its rows; it is there for all when this returns. */
-SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,
-                                         SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
+                                         springls__group group, SPRINGLS__LOCAL float *tile)
 {
     int o[3], row, x;
     bool border;
@@ -1667,8 +1676,8 @@ typedef struct springls__wide_tile {
 
 /* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
    items must. */
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,
-                                              bool wanted, springls__wide_tile *tile)
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                              springls__group group, bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
     int x, row;
@@ -1720,7 +1729,10 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
 }
 
 
-SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }
+SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
+{
+    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
+}
 
 /* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
@@ -1786,7 +1798,8 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
 }
 
 /* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])
+SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
+                                              float margin, int lo[3], int hi[3])
 {
     springls__v3 lower, upper;
     lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
@@ -1815,7 +1828,8 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 
 
 /* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
+                                             SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
@@ -1880,7 +1894,8 @@ typedef struct springls__cell_walk {
     int large;
 } springls__cell_walk;
 
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
+                                                              springls__v3 upper)
 {
     springls__cell_walk walk;
     const springls__grid *g = &model->grid;
@@ -1930,12 +1945,13 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 /* All springls whose particle may lie within r of x, and some more. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
-    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
+                                     springls__v3_make(x.x + r, x.y + r, x.z + r));
 }
 
 /* All springls of which some point may lie within `radius` of the box. */
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,
-                                                            float radius)
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
+                                                               springls__v3 upper, float radius)
 {
     float r = radius + model->cells.reach;
     return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
@@ -1965,7 +1981,8 @@ SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
-            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+            if (cell[4] > cell[0])
+                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
     return reach;
 }
 
@@ -2069,7 +2086,8 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
 /* A sampled field: from the model's voxels to its own samples. */
 typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
 
-SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)
+SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,
+                                            float *out)
 {
     const float *m = field->from_voxel;
     float f[3], corner[8];
@@ -2087,7 +2105,8 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
             size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
             size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
             size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
-            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
+            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels
+                             + (size_t)channel];
         }
         out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
     }
@@ -2097,9 +2116,12 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
 SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
 {
     float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
+    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
@@ -2121,7 +2143,8 @@ typedef struct springls__force_rule {
 SPRINGLS__USER_VELOCITY
 
 /* sigma of eq. 1. */
-SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)
+SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                               float time)
 {
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -2137,14 +2160,16 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
 }
 
 /* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)
+SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                              springls__v3 n, springls__v3 out)
 {
     float rho;
     if (rule->pressure.channels != 0) {
         springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
-    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+    if (rule->curvature_weight != 0.0f)
+        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
     return out;
 }
 
@@ -2154,7 +2179,8 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
 /* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
-SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)
+SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
+                                                     springls__movers at, float time)
 {
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
@@ -2179,7 +2205,8 @@ SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springl
     return at;
 }
 
-SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)
+SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
+                                                           springls__movers at)
 {
     springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
     int m;
@@ -2869,7 +2896,8 @@ SPRINGLS__MATHS float springls__project_weight(float d2)
 
 /* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
    then it is of another sheet. */
-SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)
+SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,
+                                                        springls__v3 facing)
 {
     float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
     if (springls__dot(facing, s.n) <= 0.4f) return sum;
@@ -2926,11 +2954,17 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }
+SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)
+{
+    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+}
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
    its old value in it. */
-SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }
+SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)
+{
+    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
+}
 
 SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
 
@@ -3071,7 +3105,9 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;
+    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
+                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
+                 e2;
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
@@ -3094,7 +3130,8 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
    other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
    that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                     int count, float narrow, int certain)
 {
     const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
@@ -3117,7 +3154,9 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, cons
         int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
         for (s = 0; s < sides.count; s++) {
             float along = springls__dot(n[i], sides.normal[s]);
-            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
+            lies = lies
+                   || (along > 0.3f
+                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
             away = away && along < SPRINGLS__AWAY;
         }
         if (lies) total += weight[i];
@@ -3187,7 +3226,8 @@ SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *cro
 }
 
 /* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
-SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)
+SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,
+                                            springls__crowd *crowd)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
@@ -3208,8 +3248,8 @@ SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, spring
 }
 
 /* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
-                                                     int self)
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,
+                                                        springls__v3 x, springls__v3 a0, int self)
 {
     springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
     springls__fit_result result;
@@ -3228,8 +3268,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *c
 /* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
    is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
    ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
-                                                   springls__v3 a0, int self, int ways, int at_least)
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,
+                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
 {
     const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
     springls__fit_result fit[SPRINGLS__SIDES], result;
@@ -3264,8 +3304,8 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *cr
 }
 
 /* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
-SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
-                                          springls__fit_result *result)
+SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
+                                             int known, springls__fit_result *result)
 {
     springls__crowd crowd;
     springls__sides sides;
@@ -3397,7 +3437,8 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
     const springls__grid *g = &model->reference;
     int i;
     for (i = 0; i < model->params.track_iterations; i++)
-        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);
+        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),
+                                   model->params.track_step);
     return a;
 }
 
@@ -3425,7 +3466,8 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
         int other, count = 0;
         while ((other = springls__cell_walk_next(&walk)) >= 0) {
             float d2;
-            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */
+            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
+                continue; /* the far sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
             sum = springls__add(sum, model->set.a[other]);
@@ -3443,7 +3485,8 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
 }
 
 /* The quadratic fit at x over the particles around, springls before `known` only. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                      springls__v3 a0, int known)
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
@@ -3465,7 +3508,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     result = springls__fit_end(fit);
     if (!result.ok) return result;
     /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
+    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
+                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
                                  springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
     return result;
@@ -3590,7 +3634,8 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,
+                                                   SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
@@ -3604,7 +3649,8 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     nearest[group.item] = least;
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+    if (group.item == 0)
+        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -3654,7 +3700,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
@@ -3676,13 +3723,15 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
 /* Is the background beside a block of b^3 voxels? */
 SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
 {
-    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)
-        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
+           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
+           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
 /* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
    of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,
+                                            SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
@@ -3766,7 +3815,8 @@ SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t vo
 }
 
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,
+                                                 SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
@@ -3968,7 +4018,10 @@ SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
    neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
 #define SPRINGLS__NEAR 0.577f
 
-SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }
+SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)
+{
+    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;
+}
 
 /* First guess for a voxel that gets its distance from its neighbours: it is not near. */
 SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
@@ -4007,7 +4060,8 @@ SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, f
 SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
+                                                SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4019,7 +4073,8 @@ SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, sp
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4048,8 +4103,8 @@ SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi,
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =
-        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(
+        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 
 /* ======== >>project_brick  (kernels_embed/project_brick.h) ===================================================== */
@@ -4077,7 +4132,9 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 /* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
-typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
+typedef struct springls__near_ranges {
+    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+} springls__near_ranges;
 
 SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
 {
@@ -4097,7 +4154,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
             for (x = -8; x <= 8; x += 8) {
                 int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
                 SPRINGLS__GLOBAL const uint32_t *cell;
-                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])
+                    continue;
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
@@ -4137,7 +4195,8 @@ SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 of
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
 /* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out);
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
@@ -4148,7 +4207,8 @@ SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x 
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 /* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
+                                            bool nearest, SPRINGLS__LOCAL float *sums)
 {
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int y0, y1, z0, z1, y, z;
@@ -4171,8 +4231,8 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
 }
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. */
-SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                            SPRINGLS__LOCAL float *sums)
+SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
+                                               const int origin[3], SPRINGLS__LOCAL float *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k, v;
@@ -4183,9 +4243,11 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
             for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
         }
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, true, sums);
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, false, sums);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -4200,7 +4262,8 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
 }
 
 /* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)
+SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                               springls__v3 x, float *phi)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -4224,7 +4287,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 }
 
 /* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
-SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
+SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
+                                             springls__v3 normal)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k;
@@ -4233,7 +4297,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
+                return true;
         }
     return false;
 }
@@ -4241,9 +4306,9 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
    thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
    thread may break. */
-SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,
-                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,
-                                           float phi)
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
+                                              const springls__wide_tile *tile, const int origin[3], int v,
+                                              springls__moments sum, bool carry, bool at_edge, float phi)
 {
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
@@ -4253,14 +4318,16 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
 }
 
 /* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
+                                               SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__LOCAL float *sums = memory;
@@ -4283,7 +4350,8 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
             if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
+                                                 phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
                 out[v] = springls__doubtful(phi[v], g->far_value);
                 *in_doubt = 1;
@@ -4301,7 +4369,8 @@ SPRINGLS__MATHS void springls__settle_element(const springls__model *model, spri
     int row, v;
     if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+        if (in_doubt)
+            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             if (!in_doubt) out[v] = from[v];
             else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);
@@ -5294,14 +5363,16 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
     springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
                                                                 springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
                                             springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    springls__vec edges = springls__vec_min(
+        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
     return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
 }
 
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -5318,8 +5389,8 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -5360,7 +5431,8 @@ SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__v
 }
 
 /* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                           float step, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
     springls__vmask inside = springls__vec_abs(v.c) <= width;
@@ -5377,7 +5449,8 @@ SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPR
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -5385,12 +5458,14 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
 
 SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
 {
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
+                             springls__vec_min(v.zm, v.zp));
 }
 
 SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
 {
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
+                             springls__vec_max(v.zm, v.zp));
 }
 
 SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
@@ -5410,7 +5485,8 @@ SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__v
 
 SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
 {
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)
+                       + springls__slope2_lanes(v.zm, v.c, v.zp);
     springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
     springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
     return v.c / (1.0f + share * excess);
@@ -5460,7 +5536,8 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))
+            * (1.0f / 3.0f);
     d = springls__vec_select(one > b, two, one);
     return springls__vec_select(d > c, three, d);
 }
@@ -5474,7 +5551,8 @@ SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi,
     springls__vec d = springls__vec_all(far_value);
     springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
     if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
+        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
@@ -5532,8 +5610,9 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
+                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
@@ -5556,7 +5635,8 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -5568,8 +5648,9 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
             continue;
         }
         v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
-            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)
+              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)
+              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
         nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
                                                       springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
                                     springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
@@ -5601,7 +5682,8 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
 
 #ifndef SPRINGLS__LANES
 
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,
+                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
 {
     int e, m;
     for (m = 0; m < 3; m++) {
@@ -5617,7 +5699,8 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5628,18 +5711,20 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     int i;
     for (i = 0; i < 8; i++) {
         springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
         float within = omega[i] + 0.5f + reach;
-        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
+        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)
+            side[i] += springls__side(*plan, at);
     }
 }
 
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5719,13 +5804,16 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 {
     int i;
     for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
+        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],
+                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],
+                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
         springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
         springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
@@ -6287,10 +6375,14 @@ SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, s
 }
 
 /* One edge for each lane: where it starts, its vector, 1 / length^2, and whether it is there. */
-typedef struct springls__edges_lanes { float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES]; int there[SPRINGLS__LANES]; } springls__edges_lanes;
+typedef struct springls__edges_lanes {
+    float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES];
+    int there[SPRINGLS__LANES];
+} springls__edges_lanes;
 
 /* Edges codes[stride * lane]; a lane without one (-1) gets an edge of springl `instead`, of no effect. */
-SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes, int stride, int instead)
+SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes,
+                                          int stride, int instead)
 {
     int lane, axis, some = 0;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
@@ -6312,8 +6404,8 @@ SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const sp
 }
 
 /* springls__vertex_force of one vertex of each springl. */
-SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all, springls__vec3 q,
-                                                        const int *rows, int stride, int instead)
+SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all,
+                                                           springls__vec3 q, const int *rows, int stride, int instead)
 {
     springls__vec3 c = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f)), a, ab, d;
     springls__vec x, s, zero = c.x;
@@ -6342,7 +6434,11 @@ SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule 
 }
 
 /* An axis, and the sine and cosine of the angle about it. */
-typedef struct springls__turn_lanes { springls__vec3 axis; springls__vec sine, cosine; springls__vmask some; } springls__turn_lanes;
+typedef struct springls__turn_lanes {
+    springls__vec3 axis;
+    springls__vec sine, cosine;
+    springls__vmask some;
+} springls__turn_lanes;
 
 SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
 {
@@ -6357,9 +6453,10 @@ SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
 
 SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const springls__turn_lanes *turn)
 {
-    springls__vec3 r = springls__vec3_add(springls__vec3_add(springls__vec3_scale(v, turn->cosine),
-                                                             springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
-                                          springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
+    springls__vec3 r = springls__vec3_add(
+        springls__vec3_add(springls__vec3_scale(v, turn->cosine),
+                           springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
+        springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
     r.x = springls__vec_select(turn->some, r.x, v.x);
     r.y = springls__vec_select(turn->some, r.y, v.y);
     r.z = springls__vec_select(turn->some, r.z, v.z);
@@ -6367,8 +6464,8 @@ SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const spr
 }
 
 /* springls__relax_springl of springls first, first + 1, ... `lanes` of them; idle lanes repeat the last. */
-SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first, int lanes,
-                                          springls__springl *next)
+SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first,
+                                          int lanes, springls__springl *next)
 {
     float record[16][SPRINGLS__LANES];
     springls__vec3 p, q[3], g[3], spring[3], turning = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f));
@@ -6487,7 +6584,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY || array == SPRINGLS__ARRAY_NEIGHBORS)
+    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
+        || array == SPRINGLS__ARRAY_NEIGHBORS)
         used = (size_t)m->set.count;
     else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
         used = (size_t)m->grid.slot_count;
@@ -6522,7 +6620,8 @@ SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
     }
     ctx->backend = NULL;
     ctx->on_device = false;
-    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error, ctx->lost ? ", the model is lost" : "");
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error,
+                                         ctx->lost ? ", the model is lost" : "");
     return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
 }
 
@@ -6543,7 +6642,8 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
-        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK) return springls__leave_backend(ctx);
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
+            return springls__leave_backend(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
@@ -6556,7 +6656,8 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
-            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
+                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
@@ -6569,7 +6670,8 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
-    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK) return SPRINGLS_OK;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
+        return SPRINGLS_OK;
     return springls__leave_backend(ctx);
 }
 
@@ -7031,7 +7133,8 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
         if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
-            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]),
+                                              springls__cell_coordinate(p.y, g->size[1]),
                                               springls__cell_coordinate(p.z, g->size[2]));
     }
     if (n == 0) return SPRINGLS_OK;
@@ -7058,7 +7161,8 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     cells->reach = 0.0f;
     cells->large_count = 0;
     for (i = 0; i < g->active_count; i++)
@@ -7093,8 +7197,12 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
+    SPRINGLS__TRY(springls__to_host(ctx,
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    0));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int),
+                                    (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
         uint32_t reach = ~0u;
         int o[3];
@@ -7238,7 +7346,8 @@ typedef struct springls__advect_job {
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
 /* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time, springls__v3 *out)
+SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time,
+                                 springls__v3 *out)
 {
     const springls_forces *forces = job->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
@@ -7247,7 +7356,8 @@ SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls
     if (forces->velocity) {
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->rule.velocity_weight);
+            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
+                                     job->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
@@ -7257,8 +7367,8 @@ SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls
 }
 
 /* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals, int count,
-                                 float time, springls__v3 *out)
+SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals,
+                                 int count, float time, springls__v3 *out)
 {
     const springls_forces *forces = job->forces;
     float buffer[SPRINGLS__ADVECT_BLOCK];
@@ -7275,7 +7385,8 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
+            out[i] = springls__mad(out[i], normals[i],
+                                   -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
     }
 }
 
@@ -7307,7 +7418,8 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
             springls__v3 q = x[m * count + i];
-            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3], A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
+            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
+                                               A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, job->affine_weight);
         }
@@ -7358,14 +7470,18 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         springls__v3 *d = job->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
         if (job->rule.stop_at_topology
-            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
-                                          d[0], springls__springl_normal(s[i])))
+            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
+                                          springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
+                                          springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
+SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+{
+    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+}
 
 /* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
@@ -7418,9 +7534,11 @@ SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *jo
 SPRINGLS__FN springls_status springls__displace_here(springls__advect_job *job, float *moved, int *moving)
 {
     springls_context *ctx = job->ctx;
-    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
+                                                                                     : 0;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    SPRINGLS__TRY(
+        springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
     springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
     *moved = springls__largest_displacement(job, moving);
     return SPRINGLS_OK;
@@ -7454,13 +7572,14 @@ SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
 }
 
 /* A sampled field goes to the device once as long as its version stays. */
-SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array, const springls_sampled_field *given,
-                                                       const springls__field *field)
+SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
+                                                       const springls_sampled_field *given, const springls__field *field)
 {
     springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
     size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
     if (!given->data) return SPRINGLS_OK;
-    if (given->version && given->version == last->version && given->data == last->data && floats * sizeof(float) <= ctx->memory[array].device_bytes)
+    if (given->version && given->version == last->version && given->data == last->data
+        && floats * sizeof(float) <= ctx->memory[array].device_bytes)
         return SPRINGLS_OK;
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
     *last = *given;
@@ -7473,11 +7592,14 @@ SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job,
     int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces->pressure_grid, &job->rule.pressure));
-    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces->velocity_grid, &job->rule.velocity));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces->pressure_grid, &job->rule.pressure));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces->velocity_grid, &job->rule.velocity));
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
-        SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
+        SPRINGLS__TRY(
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
     *moved = springls__sqrt(springls__largest(ctx, 1, count));
     *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
@@ -7487,14 +7609,15 @@ SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job,
 
 SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
 {
-    if (job->ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(job->ctx, springls__displace_there(job, moved, moving));
+    if (job->ctx->on_device && springls__device_knows(job))
+        SPRINGLS__TRY_THERE(job->ctx, springls__displace_there(job, moved, moving));
     return springls__displace_here(job, moved, moving);
 }
 
 /* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
    *moved: how far the fastest one goes. */
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology,
-                                              float most, float *moved)
+SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt,
+                                              bool stop_at_topology, float most, float *moved)
 {
     springls__advect_job job;
     int moving;
@@ -7502,7 +7625,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
     SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
     job.rule.stop_at_topology = stop_at_topology;
     SPRINGLS__TRY(springls__displace(&job, moved, &moving));
-    if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
+    if (*moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
     if (most > 0.0f && *moved > most) return SPRINGLS_OK;
     springls__run(ctx, SPRINGLS__KERNEL_move, ctx->model.set.count, springls__no_job());
     ctx->stats.moved = *moved;
@@ -7563,8 +7687,8 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
     int i;
     (void)time;
     for (i = 0; i < count; i++) {
-        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]), center, axis,
-                                                     flow->angular_velocity);
+        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                     center, axis, flow->angular_velocity);
         out[3 * i] = u.x;
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;
@@ -7716,7 +7840,8 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
 
 /* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
    leaves the distances inside it unrounded, a concave one those outside. */
-SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside, springls__crowd *crowd)
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
+                                        springls__crowd *crowd)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -7762,7 +7887,8 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        for (m = 0; m < 3; m++)
+            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
         for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
         *s = springls__springl_finished(*s);
@@ -7796,7 +7922,8 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
-        if (springls__has_kink(&ctx->model.grid, s->p) && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
+        if (springls__has_kink(&ctx->model.grid, s->p)
+            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
             ctx->model.set.a[begin] = s->p;
             ctx->model.set.was[begin] = s->p;
         }
@@ -7864,7 +7991,8 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
     memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
@@ -7966,7 +8094,10 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI),
+                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2)
+                                        | SPRINGLS__BIT(SCRATCH3)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -8495,7 +8626,12 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
    Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
-typedef struct springls__part { double volume, area; float offset, moved; int32_t kin; bool speck; } springls__part; /* moved: offsets in all */
+typedef struct springls__part {
+    double volume, area;
+    float offset, moved;
+    int32_t kin;
+    bool speck;
+} springls__part; /* moved: offsets in all */
 
 typedef struct springls__parts {
     springls__part *part;
@@ -8547,7 +8683,8 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts 
             for (d = 0; d < 6; d++) {
                 springls__voxel_beside(x, y, z, d, to);
                 if (springls__is_inside(g, to[0], to[1], to[2]))
-                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v, springls__part_node(g, parts, to[0], to[1], to[2]));
+                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
+                                        springls__part_node(g, parts, to[0], to[1], to[2]));
             }
         }
     }
@@ -8584,8 +8721,8 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
                         for (m = 0; m < 3; m++) {
                             int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
                             if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
-                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1), range.origin[1] + y + (c >> 1 & 1),
-                                                           range.origin[2] + z + (c >> 2));
+                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1),
+                                                           range.origin[1] + y + (c >> 1 & 1), range.origin[2] + z + (c >> 2));
                         }
                         visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
                     }
@@ -8609,7 +8746,8 @@ SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__t
     if (label < 0) return;
     part = &parts->part[label];
     part->area += 0.5 * (double)springls__length(area2);
-    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z) * (1.0 / 6.0);
+    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
+                    * (1.0 / 6.0);
 }
 
 SPRINGLS__FN void springls__measure_parts(const springls__grid *g, springls__parts *parts)
@@ -8653,7 +8791,8 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
 SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
 {
     const springls__grid *g = &ctx->model.grid;
-    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2], nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
+    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2],
+            nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
     int32_t i, o[3];
     int v;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
@@ -8720,7 +8859,13 @@ SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const sp
 /* What is known before and what there is now, as nodes of one forest: components before come first. */
 typedef struct springls__kin { double target, volume, area; int64_t votes; } springls__kin; /* of a root: of all its tree */
 
-typedef struct springls__kinship { springls__kin *kin; int32_t *parent; uint64_t *votes; size_t vote_count; int before; } springls__kinship;
+typedef struct springls__kinship {
+    springls__kin *kin;
+    int32_t *parent;
+    uint64_t *votes;
+    size_t vote_count;
+    int before;
+} springls__kinship;
 
 SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
 {
@@ -8787,7 +8932,8 @@ SPRINGLS__FN void springls__tie_specks(const springls__parts *parts, springls__k
     for (i = 1; i < parts->count; i++)
         if (parts->part[i].volume > parts->part[largest].volume) largest = i;
     for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
-        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume)) springls__make_kin(k, i, k->before + largest);
+        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume))
+            springls__make_kin(k, i, k->before + largest);
 }
 
 /* Kin have together what they had before. Who has no kin is to have what there is. */
@@ -10751,7 +10897,8 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
     const springls_context *ctx = q->ctx;
     int i;
     for (i = begin; i < end; i++) {
-        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
+        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi,
+                                          springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
         if (q->inside) q->inside[i] = phi < 0.0f;
         else q->out[i] = phi * ctx->smallest_spacing;
     }
@@ -10773,8 +10920,8 @@ SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
-        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x), (double)ctx->smallest_spacing,
-                                    q->out + 3 * (size_t)i);
+        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x),
+                                    (double)ctx->smallest_spacing, q->out + 3 * (size_t)i);
     }
 }
 
@@ -10898,7 +11045,8 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
 
 /* What is left when there are too few neighbours: an original springl is taken for the triangle `own` that it came from,
    any other has its one correspondence. */
-SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
 {
     springls__tri t = springls__springl_tri(ctx->model.set.s[springl]);
     springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->model.set.s[springl].p);
@@ -10911,7 +11059,8 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
 
 /* The place on the original surface of place x (voxels) of a springl, before projection: the affine map of the springls
    around it that face the same side. `own` is the original triangle at the springl's correspondence. */
-SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
 {
     const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
     const springls__surface *model = &ctx->springl_surface;
@@ -10948,7 +11097,8 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
 }
 
 /* The triangle and barycentric coordinates in the mesh as it was given. */
-SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle, float bary[3])
+SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
+                                      float bary[3])
 {
     int source = surface->source ? surface->source[h->triangle] : 2 * h->triangle;
     *triangle = source / 2;
@@ -10977,7 +11127,8 @@ typedef struct springls__hit_query {
 } springls__hit_query;
 
 /* distance: model units. */
-SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
 {
     springls__v3 voxel;
     springls__surface_hit material;
@@ -11392,7 +11543,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
+    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
+                             | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -11402,7 +11554,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (springls__grid_contains(&ctx->model.grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
-                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
+                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v],
+                                      sizeof(float));
     }
     return hash;
 }
@@ -12090,7 +12243,8 @@ static const char *const springls__kernel_lines[] = {
     "    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];\n",
     "    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);\n",
     "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
-    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS\n",
+    "                                          + springls__voxel_in_brick(i, j, k);\n",
     "        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];\n",
     "        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];\n",
     "    } else if (inner) {\n",
@@ -12106,9 +12260,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
     "    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);\n",
-    "    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;\n",
-    "    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;\n",
-    "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
+    "    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;\n",
+    "    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;\n",
+    "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
@@ -12116,21 +12273,26 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float h = 0.5f;\n",
-    "    return springls__v3_make(\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
+    "    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),\n",
+    "                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),\n",
+    "                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
     "}\n",
     "\n",
     "/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */\n",
     "#define SPRINGLS__TILE 10\n",
     "#define SPRINGLS__TILE_VOXELS 1000\n",
     "\n",
-    "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }\n",
+    "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)\n",
+    "{\n",
+    "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
+    "}\n",
     "\n",
     "/* Each item of a group loads some of its rows; it is there for all when this returns. */\n",
-    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,\n",
-    "                                         SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
+    "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    int o[3], row, x;\n",
     "    bool border;\n",
@@ -12194,8 +12356,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work\n",
     "   items must. */\n",
-    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,\n",
-    "                                              bool wanted, springls__wide_tile *tile)\n",
+    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN;\n",
     "    int x, row;\n",
@@ -12247,7 +12409,10 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "\n",
-    "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }\n",
+    "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)\n",
+    "{\n",
+    "    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];\n",
+    "}\n",
     "\n",
     "/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])\n",
@@ -12257,7 +12422,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1735 \"springls.h\"\n",
+    "#line 1747 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -12312,7 +12477,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
-    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])\n",
+    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,\n",
+    "                                              float margin, int lo[3], int hi[3])\n",
     "{\n",
     "    springls__v3 lower, upper;\n",
     "    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;\n",
@@ -12341,7 +12507,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "\n",
     "/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */\n",
-    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,\n",
+    "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture;\n",
@@ -12386,7 +12553,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1865 \"springls.h\"\n",
+    "#line 1879 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12405,7 +12572,8 @@ static const char *const springls__kernel_lines[] = {
     "    int large;\n",
     "} springls__cell_walk;\n",
     "\n",
-    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,\n",
+    "                                                              springls__v3 upper)\n",
     "{\n",
     "    springls__cell_walk walk;\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -12455,12 +12623,13 @@ static const char *const springls__kernel_lines[] = {
     "/* All springls whose particle may lie within r of x, and some more. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
-    "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
+    "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
+    "                                     springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
     "}\n",
     "\n",
     "/* All springls of which some point may lie within `radius` of the box. */\n",
-    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,\n",
-    "                                                            float radius)\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,\n",
+    "                                                               springls__v3 upper, float radius)\n",
     "{\n",
     "    float r = radius + model->cells.reach;\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),\n",
@@ -12490,10 +12659,11 @@ static const char *const springls__kernel_lines[] = {
     "    int y, z;\n",
     "    for (z = 0; z < 4; z++)\n",
     "        for (y = 0; y < 4; y++, cell += 4)\n",
-    "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
+    "            if (cell[4] > cell[0])\n",
+    "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1973 \"springls.h\"\n",
+    "#line 1990 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12555,7 +12725,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2036 \"springls.h\"\n",
+    "#line 2053 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12592,7 +12762,8 @@ static const char *const springls__kernel_lines[] = {
     "/* A sampled field: from the model's voxels to its own samples. */\n",
     "typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;\n",
     "\n",
-    "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)\n",
+    "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,\n",
+    "                                            float *out)\n",
     "{\n",
     "    const float *m = field->from_voxel;\n",
     "    float f[3], corner[8];\n",
@@ -12610,7 +12781,8 @@ static const char *const springls__kernel_lines[] = {
     "            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);\n",
     "            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);\n",
     "            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);\n",
-    "            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];\n",
+    "            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels\n",
+    "                             + (size_t)channel];\n",
     "        }\n",
     "        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);\n",
     "    }\n",
@@ -12620,9 +12792,12 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, g->phi, x);\n",
-    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
-    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
-    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
+    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
     "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
     "}\n",
     "\n",
@@ -12644,7 +12819,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__USER_VELOCITY\n",
     "\n",
     "/* sigma of eq. 1. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)\n",
+    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                               float time)\n",
     "{\n",
     "    const float *n = rule->flow_numbers;\n",
     "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
@@ -12660,14 +12836,16 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)\n",
+    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                              springls__v3 n, springls__v3 out)\n",
     "{\n",
     "    float rho;\n",
     "    if (rule->pressure.channels != 0) {\n",
     "        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);\n",
     "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
     "    }\n",
-    "    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
+    "    if (rule->curvature_weight != 0.0f)\n",
+    "        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
     "    return out;\n",
     "}\n",
     "\n",
@@ -12677,7 +12855,8 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
     "\n",
     "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
-    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)\n",
+    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     springls__movers at, float time)\n",
     "{\n",
     "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
     "    springls__movers slope;\n",
@@ -12702,7 +12881,8 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)\n",
+    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                           springls__movers at)\n",
     "{\n",
     "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
     "    int m;\n",
@@ -12753,7 +12933,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2235 \"springls.h\"\n",
+    "#line 2262 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12917,7 +13097,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2400 \"springls.h\"\n",
+    "#line 2427 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12943,7 +13123,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2427 \"springls.h\"\n",
+    "#line 2454 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -13012,7 +13192,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2497 \"springls.h\"\n",
+    "#line 2524 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -13063,7 +13243,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2549 \"springls.h\"\n",
+    "#line 2576 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -13237,7 +13417,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2724 \"springls.h\"\n",
+    "#line 2751 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13359,7 +13539,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2847 \"springls.h\"\n",
+    "#line 2874 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -13385,7 +13565,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:\n",
     "   then it is of another sheet. */\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,\n",
+    "                                                        springls__v3 facing)\n",
     "{\n",
     "    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));\n",
     "    if (springls__dot(facing, s.n) <= 0.4f) return sum;\n",
@@ -13442,11 +13623,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
-    "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }\n",
+    "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)\n",
+    "{\n",
+    "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
+    "}\n",
     "\n",
     "/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with\n",
     "   its old value in it. */\n",
-    "SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }\n",
+    "SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)\n",
+    "{\n",
+    "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }\n",
     "\n",
@@ -13492,7 +13679,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2981 \"springls.h\"\n",
+    "#line 3015 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13586,7 +13773,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
     "                                                   const float *weight, int count)\n",
     "{\n",
-    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;\n",
+    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)\n",
+    "                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),\n",
+    "                 e2;\n",
     "    springls__patch patch = springls__patch_begin();\n",
     "    springls__strip strip;\n",
     "    float sum = 0.0f;\n",
@@ -13609,7 +13798,8 @@ static const char *const springls__kernel_lines[] = {
     "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
     "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side\n",
     "   that it lies on, whichever of several ways it has been turned. */\n",
-    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)\n",
+    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
+    "                                                     int count, float narrow, int certain)\n",
     "{\n",
     "    const float on = certain ? 0.06f : 0.15f; /* voxel */\n",
     "    springls__v3 tried[SPRINGLS__TRIES];\n",
@@ -13632,7 +13822,9 @@ static const char *const springls__kernel_lines[] = {
     "        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;\n",
     "        for (s = 0; s < sides.count; s++) {\n",
     "            float along = springls__dot(n[i], sides.normal[s]);\n",
-    "            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
+    "            lies = lies\n",
+    "                   || (along > 0.3f\n",
+    "                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
     "            away = away && along < SPRINGLS__AWAY;\n",
     "        }\n",
     "        if (lies) total += weight[i];\n",
@@ -13702,7 +13894,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */\n",
-    "SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)\n",
+    "SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,\n",
+    "                                            springls__crowd *crowd)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
     "                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
@@ -13723,8 +13916,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* One side's surface about x; springl `self` is not asked. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,\n",
-    "                                                     int self)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,\n",
+    "                                                        springls__v3 x, springls__v3 a0, int self)\n",
     "{\n",
     "    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);\n",
     "    springls__fit_result result;\n",
@@ -13743,8 +13936,8 @@ static const char *const springls__kernel_lines[] = {
     "/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal\n",
     "   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.\n",
     "   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,\n",
-    "                                                   springls__v3 a0, int self, int ways, int at_least)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,\n",
+    "                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)\n",
     "{\n",
     "    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */\n",
     "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
@@ -13779,8 +13972,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
-    "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,\n",
-    "                                          springls__fit_result *result)\n",
+    "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,\n",
+    "                                             int known, springls__fit_result *result)\n",
     "{\n",
     "    springls__crowd crowd;\n",
     "    springls__sides sides;\n",
@@ -13896,7 +14089,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3386 \"springls.h\"\n",
+    "#line 3426 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13911,7 +14104,8 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->reference;\n",
     "    int i;\n",
     "    for (i = 0; i < model->params.track_iterations; i++)\n",
-    "        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);\n",
+    "        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),\n",
+    "                                   model->params.track_step);\n",
     "    return a;\n",
     "}\n",
     "\n",
@@ -13939,7 +14133,8 @@ static const char *const springls__kernel_lines[] = {
     "        int other, count = 0;\n",
     "        while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "            float d2;\n",
-    "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */\n",
+    "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)\n",
+    "                continue; /* the far sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
@@ -13957,7 +14152,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The quadratic fit at x over the particles around, springls before `known` only. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                      springls__v3 a0, int known)\n",
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
     "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
@@ -13979,7 +14175,8 @@ static const char *const springls__kernel_lines[] = {
     "    result = springls__fit_end(fit);\n",
     "    if (!result.ok) return result;\n",
     "    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */\n",
-    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
+    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),\n",
+    "                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
     "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
     "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;\n",
     "    return result;\n",
@@ -13990,7 +14187,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3481 \"springls.h\"\n",
+    "#line 3525 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -14089,7 +14286,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3581 \"springls.h\"\n",
+    "#line 3625 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -14102,7 +14299,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
     "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
-    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                   SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const springls__group group = model->group;\n",
@@ -14116,7 +14314,8 @@ static const char *const springls__kernel_lines[] = {
     "    nearest[group.item] = least;\n",
     "    SPRINGLS__BARRIER;\n",
     "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
-    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "    if (group.item == 0)\n",
+    "        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
@@ -14166,7 +14365,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
-    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
@@ -14188,13 +14388,15 @@ static const char *const springls__kernel_lines[] = {
     "/* Is the background beside a block of b^3 voxels? */\n",
     "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
     "{\n",
-    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)\n",
-    "        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
+    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
+    "           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)\n",
+    "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
     "}\n",
     "\n",
     "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
     "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
-    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,\n",
+    "                                            SPRINGLS__LOCAL float *grown)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const springls__group group = model->group;\n",
@@ -14278,7 +14480,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The side becomes the sign of the distance. */\n",
-    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
@@ -14289,7 +14492,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3782 \"springls.h\"\n",
+    "#line 3832 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14346,7 +14549,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3840 \"springls.h\"\n",
+    "#line 3890 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14441,7 +14644,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3936 \"springls.h\"\n",
+    "#line 3986 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14477,7 +14680,10 @@ static const char *const springls__kernel_lines[] = {
     "   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
-    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }\n",
+    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)\n",
+    "{\n",
+    "    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;\n",
+    "}\n",
     "\n",
     "/* First guess for a voxel that gets its distance from its neighbours: it is not near. */\n",
     "SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)\n",
@@ -14516,7 +14722,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -14528,7 +14735,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
-    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -14557,10 +14765,10 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
-    "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
+    "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4056 \"springls.h\"\n",
+    "#line 4111 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14585,7 +14793,9 @@ static const char *const springls__kernel_lines[] = {
     "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
     "#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */\n",
     "\n",
-    "typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;\n",
+    "typedef struct springls__near_ranges {\n",
+    "    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;\n",
+    "} springls__near_ranges;\n",
     "\n",
     "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)\n",
     "{\n",
@@ -14605,7 +14815,8 @@ static const char *const springls__kernel_lines[] = {
     "            for (x = -8; x <= 8; x += 8) {\n",
     "                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;\n",
     "                SPRINGLS__GLOBAL const uint32_t *cell;\n",
-    "                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;\n",
+    "                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])\n",
+    "                    continue;\n",
     "                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;\n",
     "                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);\n",
     "                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);\n",
@@ -14645,7 +14856,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
     "\n",
     "/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out);\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
@@ -14656,7 +14868,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
     "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
-    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)\n",
+    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
+    "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
     "    int y0, y1, z0, z1, y, z;\n",
@@ -14679,8 +14892,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
-    "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
-    "                                            SPRINGLS__LOCAL float *sums)\n",
+    "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k, v;\n",
@@ -14691,9 +14904,11 @@ static const char *const springls__kernel_lines[] = {
     "            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;\n",
     "        }\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -14708,7 +14923,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */\n",
-    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)\n",
+    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                               springls__v3 x, float *phi)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -14732,7 +14948,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */\n",
-    "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)\n",
+    "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
+    "                                             springls__v3 normal)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k;\n",
@@ -14741,7 +14958,8 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            springls__v3 d = springls__sub(x, s->p);\n",
     "            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
-    "            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;\n",
+    "            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))\n",
+    "                return true;\n",
     "        }\n",
     "    return false;\n",
     "}\n",
@@ -14749,9 +14967,9 @@ static const char *const springls__kernel_lines[] = {
     "/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet\n",
     "   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a\n",
     "   thread may break. */\n",
-    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,\n",
-    "                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,\n",
-    "                                           float phi)\n",
+    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
+    "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
     "{\n",
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
@@ -14761,14 +14979,16 @@ static const char *const springls__kernel_lines[] = {
     "    if (!model->params.project_level_set) return phi;\n",
     "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
     "    f = springls__moments_distance(sum);\n",
-    "    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
+    "    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)\n",
+    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
     "/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */\n",
-    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,\n",
+    "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__LOCAL float *sums = memory;\n",
@@ -14791,7 +15011,8 @@ static const char *const springls__kernel_lines[] = {
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
     "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {\n",
-    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);\n",
+    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,\n",
+    "                                                 phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
     "                out[v] = springls__doubtful(phi[v], g->far_value);\n",
     "                *in_doubt = 1;\n",
@@ -14809,7 +15030,8 @@ static const char *const springls__kernel_lines[] = {
     "    int row, v;\n",
     "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
+    "        if (in_doubt)\n",
+    "            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            if (!in_doubt) out[v] = from[v];\n",
     "            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);\n",
@@ -14836,7 +15058,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4333 \"springls.h\"\n",
+    "#line 4402 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -15023,7 +15245,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4521 \"springls.h\"\n",
+    "#line 4590 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -15148,7 +15370,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4647 \"springls.h\"\n",
+    "#line 4716 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -15243,7 +15465,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4743 \"springls.h\"\n",
+    "#line 4812 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -15509,7 +15731,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5010 \"springls.h\"\n",
+    "#line 5079 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15749,7 +15971,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5251 \"springls.h\"\n",
+    "#line 5320 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15780,7 +16002,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5283 \"springls.h\"\n",
+    "#line 5352 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15795,14 +16017,16 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),\n",
     "                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),\n",
     "                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));\n",
-    "    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
-    "                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
-    "                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
+    "    springls__vec edges = springls__vec_min(\n",
+    "        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
+    "                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
+    "        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
     "    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;\n",
     "}\n",
     "\n",
     "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
     "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
@@ -15819,8 +16043,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
     "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
@@ -15861,7 +16085,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
-    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                           float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
     "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
@@ -15878,7 +16103,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
@@ -15886,12 +16112,14 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));\n",
+    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
+    "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));\n",
+    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
+    "                             springls__vec_max(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)\n",
@@ -15911,7 +16139,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
+    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)\n",
+    "                       + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
     "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;\n",
     "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);\n",
     "    return v.c / (1.0f + share * excess);\n",
@@ -15961,7 +16190,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
     "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
     "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))\n",
+    "            * (1.0f / 3.0f);\n",
     "    d = springls__vec_select(one > b, two, one);\n",
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
@@ -15975,7 +16205,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec d = springls__vec_all(far_value);\n",
     "    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);\n",
     "    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));\n",
-    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
+    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
+    "        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
     "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
     "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
     "}\n",
@@ -15987,7 +16218,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5491 \"springls.h\"\n",
+    "#line 5569 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -16032,8 +16263,9 @@ static const char *const springls__kernel_lines[] = {
     "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
     "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
     "        if (!springls__vmask_any(w > zero)) continue;\n",
-    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
+    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
+    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
     "        w = w * w;\n",
     "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
@@ -16056,7 +16288,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__settled; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
@@ -16068,8 +16301,9 @@ static const char *const springls__kernel_lines[] = {
     "            continue;\n",
     "        }\n",
     "        v = springls__tile_cross_lanes(phi + i);\n",
-    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)\n",
-    "            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
+    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)\n",
+    "              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)\n",
+    "              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
     "        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),\n",
     "                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),\n",
     "                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));\n",
@@ -16095,12 +16329,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5600 \"springls.h\"\n",
+    "#line 5681 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
     "\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,\n",
+    "                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
     "{\n",
     "    int e, m;\n",
     "    for (m = 0; m < 3; m++) {\n",
@@ -16116,7 +16351,8 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -16127,18 +16363,20 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
     "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
     "        float within = omega[i] + 0.5f + reach;\n",
-    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);\n",
+    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)\n",
+    "            side[i] += springls__side(*plan, at);\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -16218,20 +16456,23 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i++) {\n",
-    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
+    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],\n",
+    "                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],\n",
+    "                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
     "        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);\n",
     "        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);\n",
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5737 \"springls.h\"\n",
+    "#line 5825 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -16309,7 +16550,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16313 \"springls.h\"\n",
+    "#line 16554 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16723,7 +16964,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 16727 \"springls.h\"\n",
+    "#line 16968 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16922,7 +17163,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16926 \"springls.h\"\n",
+    "#line 17167 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
