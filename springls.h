@@ -74,6 +74,8 @@
      >>set_mesh             src/set_mesh.h
      >>query                src/query.h
      >>read                 src/read.h
+     >>attributes           src/attributes.h
+     >>material             src/material.h
      >>isosurface           src/isosurface.h
      >>measure              src/measure.h
      >>kernel_source        src/kernel_source.h
@@ -467,6 +469,21 @@
   #define springls_inside SPRINGLS__NAME(springls_inside)
   #define springls_closest SPRINGLS__NAME(springls_closest)
   #define springls_raycast SPRINGLS__NAME(springls_raycast)
+  #define springls_add_attribute SPRINGLS__NAME(springls_add_attribute)
+  #define springls_remove_attribute SPRINGLS__NAME(springls_remove_attribute)
+  #define springls_attribute_count SPRINGLS__NAME(springls_attribute_count)
+  #define springls_describe_attribute SPRINGLS__NAME(springls_describe_attribute)
+  #define springls_find_attribute SPRINGLS__NAME(springls_find_attribute)
+  #define springls_set_attribute SPRINGLS__NAME(springls_set_attribute)
+  #define springls_view_attribute SPRINGLS__NAME(springls_view_attribute)
+  #define springls_mesh_attribute SPRINGLS__NAME(springls_mesh_attribute)
+  #define springls_get_confidence SPRINGLS__NAME(springls_get_confidence)
+  #define springls_springl_materials SPRINGLS__NAME(springls_springl_materials)
+  #define springls_mesh_materials SPRINGLS__NAME(springls_mesh_materials)
+  #define springls_corner_materials SPRINGLS__NAME(springls_corner_materials)
+  #define springls_find_seams SPRINGLS__NAME(springls_find_seams)
+  #define springls_lookup SPRINGLS__NAME(springls_lookup)
+  #define springls_material_count SPRINGLS__NAME(springls_material_count)
   #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_get_stats SPRINGLS__NAME(springls_get_stats)
   #define springls_measure SPRINGLS__NAME(springls_measure)
@@ -914,6 +931,91 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
+/* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
+
+/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They belong to
+   the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them nothing about the
+   model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+typedef enum springls_policy {
+    SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
+                       one that stays keeps its own. For labels                                                     */
+    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative and add
+                       up to 1, and that are exact, where that is possible, for functions linear in the correspondence. merge: mean
+                       of the two, weighted by area. For what is continuous                                         */
+    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if there is
+                       one within 2.5 voxels. For amounts, whose sum is to last                                     */
+} springls_policy;
+
+#define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
+#define SPRINGLS_MAX_CHANNELS 1024   /* an attribute                   */
+#define SPRINGLS_MAX_NAME 31         /* characters of a name, from 1 on */
+
+typedef struct springls_attribute_desc {
+    const char *name; /* of this model's attributes no other has it */
+    int channels;     /* floats a springl                           */
+    springls_policy split, fill, merge;
+} springls_attribute_desc;
+
+/* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values,
+                                                    int *index);
+/* Those behind it have numbers smaller by one then. */
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
+/* name points into the context, until an attribute is removed. INVALID_ARGUMENT: there is no such number. */
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name); /* -1: none of that name */
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
+
+/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels` floats a
+   vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
+
+/* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
+typedef enum springls_kind {
+    SPRINGLS_ORIGINAL, /* of the input: exact but for the error of advection           */
+    SPRINGLS_SPLIT,    /* part of one: interpolated between neighbours                 */
+    SPRINGLS_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+} springls_kind;
+typedef struct springls_confidence {
+    springls_kind kind;
+    int age;             /* steps since it was last given its place: by input, split or fill      */
+    uint32_t generation; /* see springls_generations                                              */
+    uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
+} springls_confidence;
+SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out); /* one a springl */
+
+/* ---- >>material: places on the original surface ---------------------------------------------------------------- */
+
+/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and ask for
+   the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls; -1: none. */
+typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
+
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
+/* One a vertex of an extracted mesh. */
+SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
+
+/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one side of
+   every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a seam
+   (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before it. */
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
+                                                       springls_material *out);
+
+/* Which triangles meet at their edges: where the two corners at either end agree in their position and in their `channels` values
+   (channels = 2 for texture coordinates; values may be NULL with 0). values: one row a corner. neighbors: 3 a triangle. */
+SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
+                                                 const int *triangles, int triangle_count, const float *values, int channels,
+                                                 int *neighbors);
+
+/* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
+   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the arrays. */
+SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+                                             const int *triangles, int triangle_count, float *out);
+
+/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
+SPRINGLS_API int springls_material_count(const springls_context *ctx);
+
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */
 
 typedef enum springls_stage {
@@ -1264,11 +1366,18 @@ typedef struct springls__constellation {
     SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
     SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */
     SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
+    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
+    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
     SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
     SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */
     int count, at_edges; /* at_edges: how many lie at a sharp edge */
-    uint32_t next_id;
+    uint32_t next_id, step; /* step: of the model, modulo 2^30 */
 } springls__constellation;
+
+/* Kinds of springls: springls_kind of the interface. */
+#define SPRINGLS__ORIGINAL 0u
+#define SPRINGLS__SPLIT 1u
+#define SPRINGLS__FILLED 2u
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
@@ -1349,8 +1458,10 @@ typedef struct springls__model {
 
 /* All arrays: name, element, elements that belong together, place in the model. */
 #define SPRINGLS__ARRAYS(X)                                                                                                       \
-    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \
-    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \
+    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
+    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
+    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \
+    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
     X(WAS, springls__v3, 1, set.was)                                                                                              \
     X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
     X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
@@ -1374,7 +1485,7 @@ typedef struct springls__packed {
     uint32_t id, generation;
     int32_t part;
     float phi;
-    uint32_t mask, edge;
+    uint32_t mask, edge, parent, birth;
 } springls__packed;
 #define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
 
@@ -1418,6 +1529,8 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { ret
 /* Does springl i lie at a sharp edge that is to be kept? */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
 
+SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
+
 /* A new springl in place i, at or beyond `count`: its id follows from the place. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
@@ -1428,6 +1541,8 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     model->set.mask[i] = mask;
     model->set.part[i] = -1;
     model->set.edge[i] = 0;
+    model->set.parent[i] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);
     model->set.phi[i] = 0.0f;
     model->set.was[i] = s.p;
 }
@@ -1449,7 +1564,7 @@ SPRINGLS__MATHS void springls__way_element(const springls__model *model, springl
 /* The model's numbers, as kernels are given them. */
 typedef struct springls__shape {
     int size[3], bricks[3], springls, at_edges;
-    uint32_t next_id;
+    uint32_t next_id, step;
     int active_count, free_count, slot_count, large_count;
     float far_value, reference_far_value, reach;
 } springls__shape;
@@ -1465,6 +1580,7 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
     shape.springls = model->set.count;
     shape.at_edges = model->set.at_edges;
     shape.next_id = model->set.next_id;
+    shape.step = model->set.step;
     shape.active_count = model->grid.active_count;
     shape.free_count = model->grid.free_count;
     shape.slot_count = model->grid.slot_count;
@@ -1485,6 +1601,7 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->set.count = shape.springls;
     model->set.at_edges = shape.at_edges;
     model->set.next_id = shape.next_id;
+    model->set.step = shape.step;
     model->grid.active_count = shape.active_count;
     model->grid.free_count = shape.free_count;
     model->grid.slot_count = shape.slot_count;
@@ -3603,19 +3720,23 @@ SPRINGLS__MATHS void springls__split_element(const springls__model *model, sprin
     halves[2u * at + 1u] = springls__child_of(model, i, 1);
 }
 
-/* The first half takes the parent's place, the second goes behind all that were there. */
+/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
 {
     SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);
     springls__half first, second;
+    int n = model->set.count + (int)at;
     if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
     first = halves[2u * at];
     second = halves[2u * at + 1u];
     model->set.generation[i]++;
-    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);
-    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    model->set.was[n] = springls__sub(second.s.p, moved);
+    model->set.parent[n] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
+    model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
     model->set.was[i] = springls__sub(first.s.p, moved);
@@ -4706,10 +4827,12 @@ SPRINGLS__MATHS void springls__plant_element(const springls__model *model, sprin
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
     springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    int n = model->set.count + (int)at;
     springls__tri t;
     if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
-    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    model->set.parent[n] = model->set.id[i];
 }
 
 /* ======== >>fill_gaps  (kernels_embed/fill_gaps.h) ============================================================= */
@@ -5955,10 +6078,20 @@ typedef struct springls__surface {
     springls__bvh_node *nodes;
     springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
-    int count, node_count;
+    int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
+
+enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__HEIRS, SPRINGLS__ATTRIBUTE_BUFFERS };
+
+/* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
+typedef struct springls__attribute {
+    char name[SPRINGLS_MAX_NAME + 1];
+    int channels;
+    springls_policy split, fill, merge;
+    springls__buffer values;
+} springls__attribute;
 
 /* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
 struct springls_backend {
@@ -5997,6 +6130,9 @@ struct springls_context {
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
     springls__surface original;
     springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
+    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
+    int attribute_count;
+    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of attributes.h            */
     springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
@@ -6939,6 +7075,14 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
+/* Attributes follow the springls (attributes.h): what may fail, before springls are split or removed; and what cannot, afterwards.
+   Springls have been filled in behind `known` ones: on failure they are taken away again. */
+SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits);
+SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known);
+SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx);
+SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count);
+SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
+
 /* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
 SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
 {
@@ -7763,7 +7907,9 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
     springls__constellation_changed(ctx);
     if (ctx->model.params.merge_distance > 0.0f) SPRINGLS__TRY(springls__merge(ctx));
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, count);
     ctx->stats.removed += count - ctx->model.set.count;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
@@ -7966,11 +8112,13 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
+    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
     springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, springls__job_of(splits));
     springls__constellation_added(ctx, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
+    springls__attributes_after_split(ctx, count);
     return SPRINGLS_OK;
 }
 
@@ -8237,7 +8385,7 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+SPRINGLS__FN springls_status springls__add_springls(springls_context *ctx)
 {
     const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
     const float d_max = ctx->model.params.d_max;
@@ -8256,6 +8404,13 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+{
+    int known = ctx->model.set.count;
+    springls_status status = springls__add_springls(ctx), follow = springls__attributes_after_fill(ctx, known);
+    return status != SPRINGLS_OK ? status : follow;
 }
 
 SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
@@ -9176,6 +9331,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     ctx->time += (double)*dt;
     ctx->iteration++;
     ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     return springls__after_advect(ctx, step);
 }
 
@@ -9420,7 +9576,7 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
         items[i].center[2] = p[0].z + p[1].z + p[2].z;
         items[i].triangle = i;
     }
-    surface->count = count;
+    surface->count = surface->given = count;
     springls__bvh_split(surface, items);
     for (i = 0; i < count; i++) surface->order[i] = items[i].triangle;
     springls__bvh_bound(surface);
@@ -9525,6 +9681,46 @@ SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__sur
                                                              float max_distance)
 {
     return springls__surface_closest_from(surface, x, max_distance, -1);
+}
+
+/* ---- all that are near ---- */
+
+/* A walk over the triangles of all leaves whose box comes within r of x. */
+typedef struct springls__near_walk {
+    const springls__surface *surface;
+    springls__v3 x;
+    float r;
+    int stack[SPRINGLS__BVH_STACK], top, next, end;
+} springls__near_walk;
+
+SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
+{
+    springls__near_walk walk;
+    walk.surface = surface;
+    walk.x = x;
+    walk.r = r;
+    walk.top = walk.next = walk.end = 0;
+    if (surface->count) walk.stack[walk.top++] = 0;
+    return walk;
+}
+
+/* The next triangle, or -1 at the end. */
+SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__bvh_node *node;
+        if (!walk->top) return -1;
+        node = &walk->surface->nodes[walk->stack[--walk->top]];
+        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
+        if (node->count) {
+            walk->next = node->first;
+            walk->end = node->first + node->count;
+        } else {
+            walk->stack[walk->top++] = node->first + 1;
+            walk->stack[walk->top++] = node->first;
+        }
+    }
+    return walk->surface->order[walk->next++];
 }
 
 /* ---- rays ---- */
@@ -9909,7 +10105,8 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
     ctx->model.set.count = ctx->model.set.at_edges = 0;
-    ctx->model.set.next_id = 0;
+    ctx->model.set.next_id = ctx->model.set.step = 0;
+    ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->locked_count = 0;
     ctx->time = 0.0;
@@ -10734,7 +10931,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, bool balanced)
+SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
 {
     springls__mesh_distance distance;
     uint8_t mirrored = springls__is_mirrored(ctx);
@@ -10762,6 +10959,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
+    ctx->original.given = given;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
@@ -10811,7 +11009,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_adopt(ctx, m, unbalanced == 0);
+    status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
@@ -11063,31 +11261,20 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
                                                        springls__tri own)
 {
     const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
-    const springls__surface *model = &ctx->springl_surface;
     const springls__springl *s = ctx->model.set.s;
     springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
     const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, center, search);
+    int j;
     memset(&fit, 0, sizeof fit);
-    if (model->count) stack[top++] = 0;
-    while (top) {
-        const springls__bvh_node *node = &model->nodes[stack[--top]];
-        if (springls__bvh_box_distance2(node, center) > search * search) continue;
-        if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-            continue;
-        }
-        for (i = 0; i < node->count; i++) {
-            int j = model->order[node->first + i];
-            springls__v3 r = springls__sub(s[j].p, x);
-            float d2 = springls__length2(r) / (radius * radius), apart;
-            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
-            apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-            if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
-            springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
-        }
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        springls__v3 r = springls__sub(s[j].p, x);
+        float d2 = springls__length2(r) / (radius * radius), apart;
+        if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
+        apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
+        if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+        springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count >= 4) {
         springls__affine_fit_normal(&fit, normal, springls__tri_normal(own), 0.1 * fit.weight);
@@ -11337,6 +11524,903 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     return SPRINGLS_OK;
 }
 
+/* ======== >>attributes  (src/attributes.h) ===================================================================== */
+/* attributes.h - what springls carry besides themselves. The springls change as they would without; at the end of a stage that has
+   added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the fate that
+   contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a function of the
+   correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+
+SPRINGLS__FN float *springls__row(const springls__attribute *attribute, int i)
+{
+    return (float *)attribute->values.data + (size_t)i * (size_t)attribute->channels;
+}
+
+SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
+{
+    if (to != from) memcpy(springls__row(attribute, to), springls__row(attribute, from), (size_t)attribute->channels * sizeof(float));
+}
+
+SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
+{
+    size_t row = (size_t)attribute->channels * sizeof(float);
+    return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
+}
+
+SPRINGLS__FN springls_status springls__work(springls_context *ctx, int which, size_t count, size_t element)
+{
+    return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
+}
+
+/* ---- the springls around a place, and their weights ---- */
+
+enum { SPRINGLS__DONORS = 24 };
+
+/* index[0] has the nearest correspondence. */
+typedef struct springls__donors { int index[SPRINGLS__DONORS], count; float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; } springls__donors;
+
+typedef struct springls__donor_search {
+    const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
+    const springls__v3 *a;         /* and this their correspondences                        */
+    int known;                     /* how many have values                                  */
+} springls__donor_search;
+
+SPRINGLS__FN void springls__donors_add(springls__donors *donors, int index, float d2)
+{
+    int i, last = donors->count - 1;
+    if (donors->count == SPRINGLS__DONORS && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
+    i = donors->count < SPRINGLS__DONORS ? donors->count++ : last;
+    for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
+        donors->d2[i] = donors->d2[i - 1];
+        donors->index[i] = donors->index[i - 1];
+    }
+    donors->d2[i] = d2;
+    donors->index[i] = index;
+}
+
+/* Solves the symmetric positive 3x3 system m x = b. */
+SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3])
+{
+    double det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+               + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    int k;
+    for (k = 0; k < 3; k++) {
+        int u = (k + 1) % 3, v = (k + 2) % 3;
+        double c[3];
+        c[0] = m[u][1] * m[v][2] - m[u][2] * m[v][1];
+        c[1] = m[u][2] * m[v][0] - m[u][0] * m[v][2];
+        c[2] = m[u][0] * m[v][1] - m[u][1] * m[v][0];
+        x[k] = (c[0] * b[0] + c[1] * b[1] + c[2] * b[2]) / det;
+    }
+}
+
+/* Moving least squares of degree 1 about the correspondence a: sum of weight[j] v(a_j) is what the fitted plane says at a, so it is exact
+   for linear functions. Where that would take a negative weight, the slope is reduced until it does not: the result is a mean of the
+   neighbours' values, and stays within their range. */
+SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springls__v3 *places, springls__v3 a)
+{
+    const double ridge = 1e-4; /* across the original surface, where the neighbours have no extent */
+    double weight = 0.0, mean[3] = { 0.0, 0.0, 0.0 }, m[3][3], slope[3], r[SPRINGLS__DONORS][3], limit = 1.0, trace;
+    float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
+    int i, j, k;
+    for (i = 0; i < donors->count; i++) {
+        float t = donors->d2[i] / range2;
+        springls__v3 d = springls__sub(places[donors->index[i]], a);
+        donors->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
+        r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
+        weight += (double)donors->weight[i];
+        for (k = 0; k < 3; k++) mean[k] += (double)donors->weight[i] * r[i][k];
+    }
+    for (k = 0; k < 3; k++) mean[k] /= weight;
+    memset(m, 0, sizeof m);
+    for (i = 0; i < donors->count; i++)
+        for (j = 0; j < 3; j++)
+            for (k = 0; k < 3; k++) m[j][k] += (double)donors->weight[i] * (r[i][j] - mean[j]) * (r[i][k] - mean[k]);
+    trace = m[0][0] + m[1][1] + m[2][2];
+    for (k = 0; k < 3; k++) m[k][k] += ridge * trace + 1e-12 * weight;
+    springls__solve3(m, mean, slope);
+    for (i = 0; i < donors->count; i++) {
+        double lean = 0.0;
+        for (k = 0; k < 3; k++) lean += (r[i][k] - mean[k]) * slope[k];
+        r[i][0] = lean;
+        if (lean * weight > 1.0 / limit) limit = 1.0 / (lean * weight);
+    }
+    for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)(1.0 / weight - limit * r[i][0]);
+}
+
+/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there are none
+   on this side, the nearest of all. */
+SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n, springls__v3 a, float reach)
+{
+    const springls__surface *surface = &search->ctx->springl_surface;
+    const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
+    springls__donors donors;
+    float radius = 2.5f * springls__max(1.0f, reach), further2;
+    int attempt, j;
+    donors.count = 0;
+    for (attempt = 0; attempt < 4 && donors.count < 3; attempt++, radius *= 2.0f) {
+        springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
+        donors.count = 0;
+        while ((j = springls__near_walk_next(&walk)) >= 0) {
+            springls__tri t;
+            if (j >= search->known) continue;
+            t = springls__surface_triangle(surface, j);
+            if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
+            if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
+            springls__donors_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
+        }
+    }
+    if (donors.count == 0) {
+        springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
+        float best = FLT_MAX;
+        while ((j = springls__near_walk_next(&walk)) >= 0) {
+            float d2;
+            if (j >= search->known) continue;
+            d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
+            if (d2 > best || (d2 == best && donors.count && j > donors.index[0])) continue;
+            best = d2;
+            donors.index[0] = j;
+            donors.count = 1;
+        }
+        donors.d2[0] = 0.0f;
+    }
+    radius = 2.5f * springls__max(1.0f, reach);
+    further2 = 2.0f * donors.d2[0] + 16.0f * radius * radius; /* met here, but from another part of the original */
+    while (donors.count > 1 && donors.d2[donors.count - 1] > further2) donors.count--;
+    if (donors.count) springls__donors_weigh(&donors, search->a, a);
+    return donors;
+}
+
+/* donors of a springl that is there now. */
+SPRINGLS__FN springls__donors springls__donors_of_springl(const springls__donor_search *search, int i)
+{
+    const springls_context *ctx = search->ctx;
+    springls__springl s = ctx->model.set.s[i];
+    springls__tri t;
+    t.a = springls__voxel_to_model(ctx, s.q[0]);
+    t.b = springls__voxel_to_model(ctx, s.q[1]);
+    t.c = springls__voxel_to_model(ctx, s.q[2]);
+    return springls__donors_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.reach);
+}
+
+SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, const springls__donors *donors, float *out)
+{
+    int i, c;
+    for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
+    for (i = 0; i < donors->count; i++)
+        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__row(attribute, donors->index[i])[c];
+}
+
+/* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
+SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend, float *out)
+{
+    size_t bytes = (size_t)attribute->channels * sizeof *out;
+    if (donors->count == 0) memset(out, 0, bytes);
+    else if (blend) springls__donors_blend(attribute, donors, out);
+    else memcpy(out, springls__row(attribute, donors->index[0]), bytes);
+}
+
+/* ---- split ---- */
+
+SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, springls_policy policy)
+{
+    int i, channels = 0;
+    for (i = 0; i < ctx->attribute_count; i++) channels += ctx->attributes[i].split == policy ? ctx->attributes[i].channels : 0;
+    return channels;
+}
+
+SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
+{
+    size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
+    if (!blended) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
+    return SPRINGLS_OK;
+}
+
+/* The springl of an id, among the first `count`: ids ascend. */
+SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
+{
+    int low = 0, high = count;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (ctx->model.set.id[middle] <= id) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
+/* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
+typedef struct springls__inherit_job { springls_context *ctx; springls__donor_search search; int blended; float *values; } springls__inherit_job;
+
+SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
+{
+    return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
+}
+
+/* Blended values of both halves, from those that the springls had before. */
+SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    float *out = job->values + 2 * (size_t)begin * (size_t)job->blended;
+    int half, i;
+    for (; begin < end; begin++)
+        for (half = 0; half < 2; half++) {
+            int child = job->search.known + begin;
+            springls__donors donors = springls__donors_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            for (i = 0; i < job->ctx->attribute_count; i++) {
+                const springls__attribute *attribute = &job->ctx->attributes[i];
+                if (attribute->split != SPRINGLS_BLEND) continue;
+                springls__donors_value(attribute, &donors, true, out);
+                out += attribute->channels;
+            }
+        }
+}
+
+SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    const float *in = job->values + 2 * (size_t)begin * (size_t)job->blended;
+    int i, c;
+    for (; begin < end; begin++, in += 2 * job->blended) {
+        int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
+        for (i = 0; i < job->ctx->attribute_count; i++) {
+            const springls__attribute *attribute = &job->ctx->attributes[i];
+            float *first = springls__row(attribute, other), *second = springls__row(attribute, child);
+            for (c = 0; c < attribute->channels; c++) {
+                if (attribute->split == SPRINGLS_BLEND) first[c] = in[at + c];
+                if (attribute->split == SPRINGLS_SHARE) first[c] *= 0.5f;
+                second[c] = attribute->split == SPRINGLS_BLEND ? in[job->blended + at + c] : first[c];
+            }
+            if (attribute->split == SPRINGLS_BLEND) at += attribute->channels;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
+{
+    springls__inherit_job job;
+    int added = ctx->model.set.count - known;
+    if (!ctx->attribute_count) return;
+    if (springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(PARENT), 0) != SPRINGLS_OK) return;
+    job.ctx = ctx;
+    job.search.ctx = ctx;
+    job.search.a = (const springls__v3 *)ctx->attribute_memory[SPRINGLS__OLD_PLACES].data;
+    job.search.known = known;
+    job.blended = springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
+    if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
+    springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
+}
+
+/* ---- fill ---- */
+
+SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    int i;
+    for (; begin < end; begin++) {
+        int child = job->search.known + begin;
+        springls__donors donors = springls__donors_of_springl(&job->search, child);
+        for (i = 0; i < job->ctx->attribute_count; i++) {
+            const springls__attribute *attribute = &job->ctx->attributes[i];
+            float *row = springls__row(attribute, child);
+            if (attribute->fill == SPRINGLS_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
+            else springls__donors_value(attribute, &donors, attribute->fill == SPRINGLS_BLEND, row);
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, int known)
+{
+    springls__inherit_job job;
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.search.ctx = ctx;
+    job.search.a = ctx->model.set.a;
+    job.search.known = known;
+    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_rows_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known)
+{
+    springls_status status;
+    if (!ctx->attribute_count || ctx->model.set.count == known) return SPRINGLS_OK;
+    status = springls__attributes_fill(ctx, known);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    ctx->stats.added -= ctx->model.set.count - known;
+    ctx->model.set.count = known;
+    springls__constellation_changed(ctx);
+    return status;
+}
+
+/* ---- merge ---- */
+
+/* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
+typedef struct springls__heir { int index; float distance, area; } springls__heir;
+
+SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const uint8_t *fate, int i)
+{
+    const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
+    const springls__springl *s = ctx->model.set.s;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, s[i].p),
+                                                         range * ctx->largest_spacing / ctx->smallest_spacing);
+    springls__v3 n = springls__springl_normal(s[i]);
+    float best = range * range;
+    springls__heir heir;
+    int j;
+    heir.index = -1;
+    heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
+    while (fate[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
+        float d2 = springls__length2(springls__sub(s[j].p, s[i].p));
+        if (fate[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && heir.index >= 0 && j > heir.index)) continue;
+        if (springls__dot(springls__springl_normal(s[j]), n) <= alike) continue;
+        best = d2;
+        heir.index = j;
+    }
+    heir.distance = springls__sqrt(best);
+    return heir;
+}
+
+typedef struct springls__heirs_job { const springls_context *ctx; const uint8_t *fate; springls__heir *heirs; } springls__heirs_job;
+
+SPRINGLS__FN void springls__heirs_task(void *arg, int begin, int end)
+{
+    const springls__heirs_job *job = (const springls__heirs_job *)arg;
+    for (; begin < end; begin++) job->heirs[begin] = springls__heir_of(job->ctx, job->fate, begin);
+}
+
+SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        if (ctx->attributes[i].merge != SPRINGLS_COPY) return true;
+    return false;
+}
+
+/* SCRATCH1 has the fate of every springl. */
+SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
+{
+    springls__heirs_job job;
+    size_t count = (size_t)ctx->model.set.count;
+    if (!ctx->attribute_count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
+    if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
+    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    job.ctx = ctx;
+    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+    springls__parallel(ctx, (int)count, 256, springls__heirs_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
+SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
+{
+    float *to = springls__row(attribute, heir), *from = springls__row(attribute, gone);
+    int c;
+    for (c = 0; c < attribute->channels; c++) to[c] = attribute->merge == SPRINGLS_SHARE ? to[c] + from[c] : to[c] + share * (from[c] - to[c]);
+}
+
+/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but leaves
+   its share. */
+SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
+{
+    springls__heir *heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+    int i, k;
+    for (i = 0; i < count; i++) {
+        springls__heir *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
+        bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
+        if (!heir) continue;
+        for (k = 0; k < ctx->attribute_count; k++)
+            if (ctx->attributes[k].merge != SPRINGLS_COPY)
+                springls__merge_row(&ctx->attributes[k], heirs[i].index, i, merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
+        if (merged) heir->area += heirs[i].area;
+    }
+}
+
+SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
+{
+    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    int i, k, n;
+    if (!ctx->attribute_count || ctx->lost) return;
+    if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
+    for (k = 0; k < ctx->attribute_count; k++)
+        for (i = n = 0; i < count; i++)
+            if (fate[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+}
+
+/* ---- public ---- */
+
+SPRINGLS__FN bool springls__policy_known(springls_policy policy)
+{
+    return policy == SPRINGLS_COPY || policy == SPRINGLS_BLEND || policy == SPRINGLS_SHARE;
+}
+
+/* The attribute of a number; NULL, and the reason, where there is none. */
+SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
+{
+    if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
+    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: attribute %d of %d", call, index, ctx->attribute_count);
+    return NULL;
+}
+
+SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, const springls_attribute_desc *desc)
+{
+    const char *call = "add_attribute";
+    size_t length = desc && desc->name ? strlen(desc->name) : 0;
+    if (length == 0 || length > SPRINGLS_MAX_NAME)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call, SPRINGLS_MAX_NAME);
+    if (springls_find_attribute(ctx, desc->name) >= 0)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
+    if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels, SPRINGLS_MAX_CHANNELS);
+    if (!springls__policy_known(desc->split) || !springls__policy_known(desc->fill) || !springls__policy_known(desc->merge))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: an unknown policy", call);
+    if (ctx->attribute_count == SPRINGLS_MAX_ATTRIBUTES)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: more than %d attributes", call, SPRINGLS_MAX_ATTRIBUTES);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attribute *attribute, const float *values)
+{
+    size_t bytes = (size_t)ctx->model.set.count * (size_t)attribute->channels * sizeof *values;
+    if (values) memcpy(attribute->values.data, values, bytes);
+    else memset(attribute->values.data, 0, bytes);
+}
+
+SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, const float *values, size_t count, const char *call)
+{
+    size_t i;
+    for (i = 0; values && i < count; i++)
+        if (!(values[i] >= -FLT_MAX && values[i] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: value %lu is not finite", call, (unsigned long)i);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values, int *index)
+{
+    springls__attribute *attribute;
+    if (index) *index = -1;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_attribute(ctx, desc));
+    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
+    attribute = &ctx->attributes[ctx->attribute_count];
+    attribute->channels = desc->channels;
+    SPRINGLS__TRY(springls__rows_reserve(ctx, attribute, ctx->model.set.count, 0));
+    memcpy(attribute->name, desc->name, strlen(desc->name) + 1);
+    attribute->split = desc->split;
+    attribute->fill = desc->fill;
+    attribute->merge = desc->merge;
+    springls__attribute_fill(ctx, attribute, values);
+    if (index) *index = ctx->attribute_count;
+    ctx->attribute_count++;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index)
+{
+    springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    attribute = springls__attribute_at(ctx, index, "remove_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    springls__buffer_free(ctx, &attribute->values);
+    ctx->attribute_count--;
+    for (; index < ctx->attribute_count; index++) ctx->attributes[index] = ctx->attributes[index + 1];
+    memset(&ctx->attributes[index].values, 0, sizeof ctx->attributes[index].values);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx) { return ctx ? ctx->attribute_count : 0; }
+
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out)
+{
+    const springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    attribute = springls__attribute_at(ctx, index, "describe_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "describe_attribute: out is NULL");
+    out->name = attribute->name;
+    out->channels = attribute->channels;
+    out->split = attribute->split;
+    out->fill = attribute->fill;
+    out->merge = attribute->merge;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name)
+{
+    int i;
+    for (i = 0; ctx && name && i < ctx->attribute_count; i++)
+        if (strcmp(ctx->attributes[i].name, name) == 0) return i;
+    return -1;
+}
+
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values)
+{
+    springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    attribute = springls__attribute_at(ctx, index, "set_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));
+    springls__attribute_fill(ctx, attribute, values);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index)
+{
+    springls_view view;
+    memset(&view, 0, sizeof view);
+    if (!ctx || index < 0 || index >= ctx->attribute_count) return view;
+    view.count = ctx->model.set.count;
+    view.data = view.count ? (const float *)ctx->attributes[index].values.data : NULL;
+    view.stride = (size_t)ctx->attributes[index].channels * sizeof(float);
+    return view;
+}
+
+typedef struct springls__mesh_attribute_job {
+    springls__donor_search search;
+    const springls_mesh *mesh;
+    const springls__attribute *attribute;
+    float *out;
+} springls__mesh_attribute_job;
+
+SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
+{
+    const springls__mesh_attribute_job *job = (const springls__mesh_attribute_job *)arg;
+    const springls_context *ctx = job->search.ctx;
+    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
+    for (; begin < end; begin++) {
+        size_t v = 3 * (size_t)begin;
+        springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
+        springls__donors donors = springls__donors_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
+                                             springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
+        springls__donors_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_BLEND,
+                            job->out + (size_t)begin * (size_t)job->attribute->channels);
+    }
+}
+
+SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out)
+{
+    springls__mesh_attribute_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    job.attribute = springls__attribute_at(ctx, index, "mesh_attribute");
+    if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
+    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    job.search.ctx = ctx;
+    job.search.a = ctx->model.set.a;
+    job.search.known = ctx->model.set.count;
+    job.mesh = mesh;
+    job.out = out;
+    springls__parallel(ctx, mesh->vertex_count, 32, springls__mesh_attribute_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(BIRTH) | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(PARENT)));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "get_confidence: out is NULL");
+    for (i = 0; i < ctx->model.set.count; i++) {
+        uint32_t birth = ctx->model.set.birth[i];
+        out[i].kind = (springls_kind)(birth & 3u);
+        out[i].age = (int)((ctx->model.set.step - (birth >> 2)) & 0x3fffffffu);
+        out[i].generation = ctx->model.set.generation[i];
+        out[i].parent = ctx->model.set.parent[i];
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>material  (src/material.h) ========================================================================= */
+/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of them
+   does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+
+/* The place on the original that is closest to a, as numbered in the mesh given. */
+SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
+{
+    springls_material out;
+    memset(&out, 0, sizeof out);
+    out.triangle = -1;
+    if (h->triangle >= 0) springls__source_of(&ctx->original, h, &out.triangle, out.barycentric);
+    return out;
+}
+
+typedef struct springls__material_job {
+    const springls_context *ctx;
+    const springls_mesh *mesh;
+    const int *neighbors, *inner; /* inner: of a triangle of the mesh given, its number in ctx->original; -1: dropped */
+    springls_material *out;
+} springls__material_job;
+
+SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    int guess = -1;
+    for (; begin < end; begin++) {
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX, guess);
+        job->out[begin] = springls__material_of(job->ctx, &h);
+        guess = h.triangle;
+    }
+}
+
+SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
+{
+    return springls__world_to_voxel(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
+}
+
+SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    int guess = -1;
+    for (; begin < end; begin++) {
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin), FLT_MAX, guess);
+        job->out[begin] = springls__material_of(job->ctx, &h);
+        guess = h.triangle;
+    }
+}
+
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out)
+{
+    springls__material_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(A)));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_materials: out is NULL");
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.out = out;
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__springl_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out, const char *call)
+{
+    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out)
+{
+    springls__material_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_materials"));
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.mesh = mesh;
+    job.out = out;
+    springls__parallel(ctx, mesh->vertex_count, 64, springls__mesh_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* ---- on one side of every seam ---- */
+
+enum { SPRINGLS__PATCH = 256 };
+
+/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through triangles
+   within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
+SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, int start, springls__v3 x, float r,
+                                             const springls__v3 points[3], springls__surface_hit best[3])
+{
+    const springls__surface *surface = &job->ctx->original;
+    int patch[SPRINGLS__PATCH], count = 1, head, k, m, i;
+    patch[0] = start;
+    for (k = 0; k < 3; k++) best[k].hit.d2 = FLT_MAX;
+    for (head = 0; head < count; head++) {
+        int inner = job->inner ? job->inner[patch[head]] : patch[head];
+        if (inner >= 0) {
+            springls__tri t = springls__surface_triangle(surface, inner);
+            if (head > 0 && springls__tri_closest(t, x).d2 > r * r) continue;
+            for (k = 0; k < 3; k++) {
+                springls__tri_hit hit = springls__tri_closest(t, points[k]);
+                if (hit.d2 >= best[k].hit.d2) continue;
+                best[k].hit = hit;
+                best[k].triangle = inner;
+            }
+        }
+        for (m = 0; m < 3; m++) {
+            int next = job->neighbors[3 * (size_t)patch[head] + (size_t)m];
+            for (i = 0; i < count && patch[i] != next; i++) continue;
+            if (next >= 0 && i == count && count < SPRINGLS__PATCH) patch[count++] = next;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    const springls__surface *surface = &job->ctx->original;
+    int k;
+    for (; begin < end; begin++) {
+        springls__surface_hit center, corner[3];
+        springls__v3 points[3], x;
+        springls_material start;
+        float r = 0.0f;
+        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
+        x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
+        center = springls__surface_closest(surface, x, FLT_MAX);
+        start = springls__material_of(job->ctx, &center);
+        for (k = 0; k < 3; k++) {
+            job->out[3 * (size_t)begin + (size_t)k] = start;
+            r = springls__max(r, springls__length(springls__sub(points[k], x)));
+        }
+        if (start.triangle < 0) continue;
+        r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
+        springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
+        for (k = 0; k < 3; k++) job->out[3 * (size_t)begin + (size_t)k] = springls__material_of(job->ctx, &corner[k]);
+    }
+}
+
+SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
+
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors, springls_material *out)
+{
+    springls__material_job job;
+    int i, given;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "corner_materials"));
+    if (!neighbors) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: neighbors is NULL");
+    given = springls_material_count(ctx);
+    for (i = 0; i < 3 * given; i++)
+        if (neighbors[i] < -1 || neighbors[i] >= given)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3, neighbors[i], given);
+    memset(&job, 0, sizeof job);
+    if (ctx->original.source) {
+        int *inner;
+        SPRINGLS__TRY(springls__work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
+        inner = (int *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+        for (i = 0; i < given; i++) inner[i] = -1;
+        for (i = 0; i < ctx->original.count; i++) inner[ctx->original.source[i] / 2] = i;
+        job.inner = inner;
+    }
+    job.ctx = ctx;
+    job.mesh = mesh;
+    job.neighbors = neighbors;
+    job.out = out;
+    springls__parallel(ctx, mesh->triangle_count, 32, springls__corner_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* ---- seams ---- */
+
+/* The triangles' corners by position and values: corners that agree in both are one, and get its number. */
+typedef struct springls__seam_search {
+    const float *positions, *values;
+    const int *triangles;
+    size_t stride;
+    int channels, *first;
+    springls__buffer memory[2];
+} springls__seam_search;
+
+SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, int b)
+{
+    const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[a]);
+    const float *q = springls__mesh_position(s->positions, s->stride, s->triangles[b]);
+    int c;
+    if (p[0] != q[0] || p[1] != q[1] || p[2] != q[2]) return false;
+    for (c = 0; c < s->channels; c++)
+        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels + (size_t)c]) return false;
+    return true;
+}
+
+SPRINGLS__FN size_t springls__table_size(size_t entries)
+{
+    size_t size = 16;
+    while (size < 2 * entries) size *= 2;
+    return size;
+}
+
+SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, springls__seam_search *s, int corners)
+{
+    size_t size = springls__table_size((size_t)corners), slot;
+    int i, *table;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &s->memory[0], (size_t)corners, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &s->memory[1], size, sizeof(int), 0));
+    s->first = (int *)s->memory[0].data;
+    table = (int *)s->memory[1].data;
+    for (slot = 0; slot < size; slot++) table[slot] = -1;
+    for (i = 0; i < corners; i++) {
+        const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
+        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f), springls__float_bits(p[2] + 0.0f)) & (size - 1);
+        while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
+        if (table[slot] < 0) table[slot] = i;
+        s->first[i] = table[slot];
+    }
+    return SPRINGLS_OK;
+}
+
+/* Half-edges by their two ends, whichever way they run: the second of a pair is the first one's neighbour, a third has none. */
+SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, int *neighbors)
+{
+    size_t size = springls__table_size((size_t)corners), slot;
+    int i, *table = (int *)s->memory[1].data;
+    for (slot = 0; slot < size; slot++) table[slot] = -1;
+    for (i = 0; i < corners; i++) neighbors[i] = -1;
+    for (i = 0; i < corners; i++) {
+        int a = s->first[i], b = s->first[springls__mesh_next(i)], low = a < b ? a : b, high = a < b ? b : a;
+        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
+        for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
+            int c = s->first[table[slot]], d = s->first[springls__mesh_next(table[slot])];
+            if ((c == a && d == b) || (c == b && d == a)) break;
+        }
+        if (table[slot] < 0) {
+            table[slot] = i;
+        } else if (neighbors[table[slot]] < 0) {
+            neighbors[table[slot]] = i / 3;
+            neighbors[i] = table[slot] / 3;
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__find_seams(springls_context *ctx, springls__seam_search *s, int corners, int *neighbors)
+{
+    SPRINGLS__TRY(springls__seam_corners(ctx, s, corners));
+    springls__seam_edges(s, corners, neighbors);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
+                                                 const int *triangles, int triangle_count, const float *values, int channels, int *neighbors)
+{
+    springls__seam_search search;
+    springls_status status;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS || (channels > 0 && !values)
+        || (triangle_count > 0 && (!positions || !triangles || !neighbors)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a NULL array, or a count out of range");
+    if (stride == 0) stride = 3 * sizeof(float);
+    if (stride < 3 * sizeof(float) || stride % sizeof(float))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
+    for (i = 0; i < 3 * triangle_count; i++)
+        if (triangles[i] < 0 || triangles[i] >= position_count)
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i], position_count);
+    if (triangle_count == 0) return SPRINGLS_OK;
+    memset(&search, 0, sizeof search);
+    search.positions = positions;
+    search.stride = stride;
+    search.triangles = triangles;
+    search.values = values;
+    search.channels = channels;
+    status = springls__find_seams(ctx, &search, 3 * triangle_count, neighbors);
+    for (i = 0; i < 2; i++) springls__buffer_free(ctx, &search.memory[i]);
+    return status;
+}
+
+/* ---- values at places ---- */
+
+SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+                                             const int *triangles, int triangle_count, float *out)
+{
+    int i, k, c;
+    if (count < 0 || channels < 1 || triangle_count < 0 || (count > 0 && (!places || !values || !out))) return SPRINGLS_INVALID_ARGUMENT;
+    for (i = 0; i < count; i++)
+        if (places[i].triangle < -1 || places[i].triangle >= triangle_count) return SPRINGLS_INVALID_ARGUMENT;
+    for (i = 0; i < count; i++, out += channels) {
+        for (c = 0; c < channels; c++) out[c] = 0.0f;
+        for (k = 0; k < 3 && places[i].triangle >= 0; k++) {
+            size_t corner = 3 * (size_t)places[i].triangle + (size_t)k;
+            const float *row = values + (triangles ? (size_t)triangles[corner] : corner) * (size_t)channels;
+            for (c = 0; c < channels; c++) out[c] += places[i].barycentric[k] * row[c];
+        }
+    }
+    return SPRINGLS_OK;
+}
+
 /* ======== >>isosurface  (src/isosurface.h) ===================================================================== */
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
 
@@ -11566,7 +12650,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 550 \"springls.h\"\n",
+    "#line 567 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -11651,7 +12735,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 971 \"springls.h\"\n",
+    "#line 1073 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -11715,7 +12799,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1036 \"springls.h\"\n",
+    "#line 1138 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11858,7 +12942,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1180 \"springls.h\"\n",
+    "#line 1282 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11925,7 +13009,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1248 \"springls.h\"\n",
+    "#line 1350 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11945,11 +13029,18 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */\n",
     "    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */\n",
     "    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */\n",
+    "    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */\n",
+    "    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */\n",
     "    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */\n",
     "    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */\n",
     "    int count, at_edges; /* at_edges: how many lie at a sharp edge */\n",
-    "    uint32_t next_id;\n",
+    "    uint32_t next_id, step; /* step: of the model, modulo 2^30 */\n",
     "} springls__constellation;\n",
+    "\n",
+    "/* Kinds of springls: springls_kind of the interface. */\n",
+    "#define SPRINGLS__ORIGINAL 0u\n",
+    "#define SPRINGLS__SPLIT 1u\n",
+    "#define SPRINGLS__FILLED 2u\n",
     "\n",
     "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
     "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
@@ -12030,8 +13121,10 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* All arrays: name, element, elements that belong together, place in the model. */\n",
     "#define SPRINGLS__ARRAYS(X)                                                                                                       \\\n",
-    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \\\n",
-    "    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \\\n",
+    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \\\n",
+    "    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \\\n",
+    "    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \\\n",
+    "    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \\\n",
     "    X(WAS, springls__v3, 1, set.was)                                                                                              \\\n",
     "    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \\\n",
     "    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \\\n",
@@ -12055,7 +13148,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t id, generation;\n",
     "    int32_t part;\n",
     "    float phi;\n",
-    "    uint32_t mask, edge;\n",
+    "    uint32_t mask, edge, parent, birth;\n",
     "} springls__packed;\n",
     "#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)\n",
     "\n",
@@ -12099,6 +13192,8 @@ static const char *const springls__kernel_lines[] = {
     "/* Does springl i lie at a sharp edge that is to be kept? */\n",
     "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }\n",
     "\n",
+    "SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }\n",
+    "\n",
     "/* A new springl in place i, at or beyond `count`: its id follows from the place. */\n",
     "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
     "{\n",
@@ -12109,6 +13204,8 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = mask;\n",
     "    model->set.part[i] = -1;\n",
     "    model->set.edge[i] = 0;\n",
+    "    model->set.parent[i] = model->set.id[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);\n",
     "    model->set.phi[i] = 0.0f;\n",
     "    model->set.was[i] = s.p;\n",
     "}\n",
@@ -12130,7 +13227,7 @@ static const char *const springls__kernel_lines[] = {
     "/* The model's numbers, as kernels are given them. */\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3], springls, at_edges;\n",
-    "    uint32_t next_id;\n",
+    "    uint32_t next_id, step;\n",
     "    int active_count, free_count, slot_count, large_count;\n",
     "    float far_value, reference_far_value, reach;\n",
     "} springls__shape;\n",
@@ -12146,6 +13243,7 @@ static const char *const springls__kernel_lines[] = {
     "    shape.springls = model->set.count;\n",
     "    shape.at_edges = model->set.at_edges;\n",
     "    shape.next_id = model->set.next_id;\n",
+    "    shape.step = model->set.step;\n",
     "    shape.active_count = model->grid.active_count;\n",
     "    shape.free_count = model->grid.free_count;\n",
     "    shape.slot_count = model->grid.slot_count;\n",
@@ -12166,6 +13264,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.count = shape.springls;\n",
     "    model->set.at_edges = shape.at_edges;\n",
     "    model->set.next_id = shape.next_id;\n",
+    "    model->set.step = shape.step;\n",
     "    model->grid.active_count = shape.active_count;\n",
     "    model->grid.free_count = shape.free_count;\n",
     "    model->grid.slot_count = shape.slot_count;\n",
@@ -12174,7 +13273,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1498 \"springls.h\"\n",
+    "#line 1615 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -12422,7 +13521,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1747 \"springls.h\"\n",
+    "#line 1864 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -12553,7 +13652,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1879 \"springls.h\"\n",
+    "#line 1996 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12663,7 +13762,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1990 \"springls.h\"\n",
+    "#line 2107 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12725,7 +13824,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2053 \"springls.h\"\n",
+    "#line 2170 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12933,7 +14032,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2262 \"springls.h\"\n",
+    "#line 2379 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -13097,7 +14196,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2427 \"springls.h\"\n",
+    "#line 2544 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -13123,7 +14222,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2454 \"springls.h\"\n",
+    "#line 2571 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -13192,7 +14291,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2524 \"springls.h\"\n",
+    "#line 2641 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -13243,7 +14342,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2576 \"springls.h\"\n",
+    "#line 2693 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -13417,7 +14516,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2751 \"springls.h\"\n",
+    "#line 2868 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13539,7 +14638,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2874 \"springls.h\"\n",
+    "#line 2991 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -13679,7 +14778,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3015 \"springls.h\"\n",
+    "#line 3132 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -14089,7 +15188,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3426 \"springls.h\"\n",
+    "#line 3543 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -14187,7 +15286,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3525 \"springls.h\"\n",
+    "#line 3642 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -14269,24 +15368,28 @@ static const char *const springls__kernel_lines[] = {
     "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
     "}\n",
     "\n",
-    "/* The first half takes the parent's place, the second goes behind all that were there. */\n",
+    "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
     "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
     "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
     "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);\n",
     "    springls__half first, second;\n",
+    "    int n = model->set.count + (int)at;\n",
     "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
     "    first = halves[2u * at];\n",
     "    second = halves[2u * at + 1u];\n",
     "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
-    "    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
+    "    model->set.was[n] = springls__sub(second.s.p, moved);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);\n",
+    "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3625 \"springls.h\"\n",
+    "#line 3746 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -14492,7 +15595,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3832 \"springls.h\"\n",
+    "#line 3953 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14549,7 +15652,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3890 \"springls.h\"\n",
+    "#line 4011 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14644,7 +15747,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3986 \"springls.h\"\n",
+    "#line 4107 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14768,7 +15871,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4111 \"springls.h\"\n",
+    "#line 4232 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -15058,7 +16161,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4402 \"springls.h\"\n",
+    "#line 4523 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -15245,7 +16348,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4590 \"springls.h\"\n",
+    "#line 4711 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -15365,12 +16468,14 @@ static const char *const springls__kernel_lines[] = {
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
     "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
     "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
+    "    int n = model->set.count + (int)at;\n",
     "    springls__tri t;\n",
     "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
-    "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
+    "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4716 \"springls.h\"\n",
+    "#line 4839 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -15465,7 +16570,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4812 \"springls.h\"\n",
+    "#line 4935 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -15731,7 +16836,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5079 \"springls.h\"\n",
+    "#line 5202 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15971,7 +17076,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5320 \"springls.h\"\n",
+    "#line 5443 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -16002,7 +17107,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5352 \"springls.h\"\n",
+    "#line 5475 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -16218,7 +17323,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5569 \"springls.h\"\n",
+    "#line 5692 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -16329,7 +17434,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5681 \"springls.h\"\n",
+    "#line 5804 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -16472,7 +17577,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5825 \"springls.h\"\n",
+    "#line 5948 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -16550,7 +17655,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16554 \"springls.h\"\n",
+    "#line 17659 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16948,6 +18053,8 @@ static const char *const springls__kernel_lines[] = {
     "    to->phi = model->set.phi[i];\n",
     "    to->mask = model->set.mask[i];\n",
     "    to->edge = model->set.edge[i];\n",
+    "    to->parent = model->set.parent[i];\n",
+    "    to->birth = model->set.birth[i];\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)\n",
@@ -16963,8 +18070,10 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.phi[i] = from->phi;\n",
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
+    "    model->set.parent[i] = from->parent;\n",
+    "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 16968 \"springls.h\"\n",
+    "#line 18077 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -17163,7 +18272,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 17167 \"springls.h\"\n",
+    "#line 18276 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
@@ -17223,6 +18332,8 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
     springls__buffer_free(ctx, &ctx->locked_memory);
+    for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
+    for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
 }
 

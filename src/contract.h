@@ -34,7 +34,9 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
     ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
     springls__constellation_changed(ctx);
     if (ctx->model.params.merge_distance > 0.0f) SPRINGLS__TRY(springls__merge(ctx));
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, count);
     ctx->stats.removed += count - ctx->model.set.count;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;

@@ -21,7 +21,7 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+SPRINGLS__FN springls_status springls__add_springls(springls_context *ctx)
 {
     const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
     const float d_max = ctx->model.params.d_max;
@@ -40,6 +40,13 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+{
+    int known = ctx->model.set.count;
+    springls_status status = springls__add_springls(ctx), follow = springls__attributes_after_fill(ctx, known);
+    return status != SPRINGLS_OK ? status : follow;
 }
 
 SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)

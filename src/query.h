@@ -216,31 +216,20 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
                                                        springls__tri own)
 {
     const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
-    const springls__surface *model = &ctx->springl_surface;
     const springls__springl *s = ctx->model.set.s;
     springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
     const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, center, search);
+    int j;
     memset(&fit, 0, sizeof fit);
-    if (model->count) stack[top++] = 0;
-    while (top) {
-        const springls__bvh_node *node = &model->nodes[stack[--top]];
-        if (springls__bvh_box_distance2(node, center) > search * search) continue;
-        if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-            continue;
-        }
-        for (i = 0; i < node->count; i++) {
-            int j = model->order[node->first + i];
-            springls__v3 r = springls__sub(s[j].p, x);
-            float d2 = springls__length2(r) / (radius * radius), apart;
-            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
-            apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-            if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
-            springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
-        }
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        springls__v3 r = springls__sub(s[j].p, x);
+        float d2 = springls__length2(r) / (radius * radius), apart;
+        if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
+        apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
+        if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+        springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count >= 4) {
         springls__affine_fit_normal(&fit, normal, springls__tri_normal(own), 0.1 * fit.weight);

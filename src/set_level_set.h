@@ -11,7 +11,8 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
     ctx->model.set.count = ctx->model.set.at_edges = 0;
-    ctx->model.set.next_id = 0;
+    ctx->model.set.next_id = ctx->model.set.step = 0;
+    ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->locked_count = 0;
     ctx->time = 0.0;

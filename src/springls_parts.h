@@ -86,6 +86,8 @@
 /* out */
 #include "query.h"
 #include "read.h"
+#include "attributes.h"
+#include "material.h"
 #include "isosurface.h"
 #include "measure.h"
 #include "kernel_source.h"

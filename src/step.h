@@ -96,6 +96,7 @@ SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const spri
     ctx->time += (double)*dt;
     ctx->iteration++;
     ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     return springls__after_advect(ctx, step);
 }
 
