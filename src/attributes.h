@@ -66,38 +66,60 @@ SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3
     }
 }
 
-/* Moving least squares of degree 1 about the correspondence a: sum of weight[j] v(a_j) is what the fitted plane says at a, so it is exact
-   for linear functions. Where that would take a negative weight, the slope is reduced until it does not: the result is a mean of the
-   neighbours' values, and stays within their range. */
+/* Sums over the donors, each with its weight: what is needed to fit a plane about the correspondence a. */
+typedef struct springls__plane { double weight, mean[3], slope[3]; } springls__plane;
+
+SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *donors, double r[SPRINGLS__DONORS][3])
+{
+    const double ridge = 1e-4; /* across the original surface, where the donors have no extent */
+    springls__plane plane;
+    double m[3][3], trace;
+    int i, j, k;
+    memset(&plane, 0, sizeof plane);
+    memset(m, 0, sizeof m);
+    for (i = 0; i < donors->count; i++) {
+        plane.weight += (double)donors->weight[i];
+        for (k = 0; k < 3; k++) plane.mean[k] += (double)donors->weight[i] * r[i][k];
+    }
+    for (k = 0; k < 3; k++) plane.mean[k] /= plane.weight;
+    for (i = 0; i < donors->count; i++)
+        for (j = 0; j < 3; j++)
+            for (k = 0; k < 3; k++) m[j][k] += (double)donors->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
+    trace = m[0][0] + m[1][1] + m[2][2];
+    for (k = 0; k < 3; k++) m[k][k] += ridge * trace + 1e-12 * plane.weight;
+    springls__solve3(m, plane.mean, plane.slope);
+    return plane;
+}
+
+/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a, exact for
+   linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted again; where that does
+   not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of values, and stays within their range. */
 SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springls__v3 *places, springls__v3 a)
 {
-    const double ridge = 1e-4; /* across the original surface, where the neighbours have no extent */
-    double weight = 0.0, mean[3] = { 0.0, 0.0, 0.0 }, m[3][3], slope[3], r[SPRINGLS__DONORS][3], limit = 1.0, trace;
+    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0;
     float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
-    int i, j, k;
+    springls__plane plane;
+    int i, k, left = donors->count, worst;
     for (i = 0; i < donors->count; i++) {
         float t = donors->d2[i] / range2;
         springls__v3 d = springls__sub(places[donors->index[i]], a);
         donors->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
         r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
-        weight += (double)donors->weight[i];
-        for (k = 0; k < 3; k++) mean[k] += (double)donors->weight[i] * r[i][k];
     }
-    for (k = 0; k < 3; k++) mean[k] /= weight;
-    memset(m, 0, sizeof m);
+    do {
+        plane = springls__donors_plane(donors, r);
+        worst = -1;
+        for (i = 0; i < donors->count; i++) {
+            lean[i] = 0.0;
+            for (k = 0; k < 3; k++) lean[i] += plane.weight * (r[i][k] - plane.mean[k]) * plane.slope[k];
+            if (donors->weight[i] == 0.0f || lean[i] <= 1.0) continue;
+            if (worst < 0 || (double)donors->weight[i] * (lean[i] - 1.0) > (double)donors->weight[worst] * (lean[worst] - 1.0)) worst = i;
+        }
+        if (worst >= 0 && left > 3) donors->weight[worst] = 0.0f;
+    } while (worst >= 0 && left-- > 3);
     for (i = 0; i < donors->count; i++)
-        for (j = 0; j < 3; j++)
-            for (k = 0; k < 3; k++) m[j][k] += (double)donors->weight[i] * (r[i][j] - mean[j]) * (r[i][k] - mean[k]);
-    trace = m[0][0] + m[1][1] + m[2][2];
-    for (k = 0; k < 3; k++) m[k][k] += ridge * trace + 1e-12 * weight;
-    springls__solve3(m, mean, slope);
-    for (i = 0; i < donors->count; i++) {
-        double lean = 0.0;
-        for (k = 0; k < 3; k++) lean += (r[i][k] - mean[k]) * slope[k];
-        r[i][0] = lean;
-        if (lean * weight > 1.0 / limit) limit = 1.0 / (lean * weight);
-    }
-    for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)(1.0 / weight - limit * r[i][0]);
+        if (donors->weight[i] > 0.0f && lean[i] * limit > 1.0) limit = 1.0 / lean[i];
+    for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)((1.0 - limit * lean[i]) / plane.weight);
 }
 
 /* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there are none
