@@ -131,7 +131,7 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
 {
     size_t n = count > 0 ? (size_t)count : 1;
-    surface->count = surface->node_count = 0;
+    surface->count = surface->given = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));

@@ -88,7 +88,9 @@
 #include "read.h"
 #include "attributes.h"
 #include "material.h"
+#include "combine.h"
 #include "isosurface.h"
+#include "remodel.h"
 #include "measure.h"
 #include "kernel_source.h"
 
