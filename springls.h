@@ -77,6 +77,7 @@
      >>read                 src/read.h
      >>isosurface           src/isosurface.h
      >>measure              src/measure.h
+     >>chunks               src/chunks.h
      >>kernel_source        src/kernel_source.h
      >>context              src/context.h
 */
@@ -465,6 +466,9 @@
   #define springls_extract_mesh SPRINGLS__NAME(springls_extract_mesh)
   #define springls_extract_soup SPRINGLS__NAME(springls_extract_soup)
   #define springls_mesh_free SPRINGLS__NAME(springls_mesh_free)
+  #define springls_chunks_create SPRINGLS__NAME(springls_chunks_create)
+  #define springls_chunks_destroy SPRINGLS__NAME(springls_chunks_destroy)
+  #define springls_chunks_update SPRINGLS__NAME(springls_chunks_update)
   #define springls_copy_level_set SPRINGLS__NAME(springls_copy_level_set)
   #define springls_sample_distance SPRINGLS__NAME(springls_sample_distance)
   #define springls_sample_gradient SPRINGLS__NAME(springls_sample_gradient)
@@ -900,6 +904,35 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
+
+/* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
+   chunks meet each has its vertices, with the same bits, so that together they are watertight. */
+typedef struct springls_chunk {
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
+    float *positions;        /* 3 a vertex, world                                                               */
+    float *normals;          /* 3 a vertex, unit, outward                                                       */
+    float *correspondences;  /* 3 a vertex, world; NULL without desc.material                                   */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX: none within a voxel; NULL likewise */
+    uint16_t *triangles;     /* 3 a triangle, numbers of the chunk's vertices, counter-clockwise seen from outside */
+} springls_chunk;
+
+typedef struct springls_chunks_desc {
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.01; negative: nothing, and the chunks are
+                        springls_extract_mesh's mesh to the bit. Springls always move a little, so then most chunks change in
+                        every step                                                                              */
+    bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
+} springls_chunks_desc;
+
+/* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
+typedef struct springls_chunks springls_chunks;
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
+
+/* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
+   all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
+   within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
 
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -11870,13 +11903,389 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     return hash;
 }
 
+/* ======== >>chunks  (src/chunks.h) ============================================================================= */
+/* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
+   bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
+   chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+
+/* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
+typedef struct springls__crew { uint64_t ids; springls__v3 sum; int count; } springls__crew;
+
+struct springls_chunks {
+    springls_chunks_desc desc;
+    springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
+    springls__crew *crew;       /* of a slot, when it was last meshed                                           */
+    uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
+    uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
+    int *list;
+    springls_chunk *chunk;      /* those that have changed                                                      */
+    springls__buffer top, slot_brick, free_slots, phi, crews, dirt, meshes, touch, lists, chunks, vertices, corners;
+};
+
+SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
+{
+    springls__buffer *const buffers[] = { &c->top, &c->slot_brick, &c->free_slots, &c->phi, &c->crews, &c->dirt,
+                                          &c->meshes, &c->touch, &c->lists,
+                                          &c->chunks, &c->vertices, &c->corners };
+    size_t i;
+    for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
+    springls__release(ctx, c, sizeof *c);
+}
+
+/* Room for slots of bricks that are shown. */
+SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
+{
+    size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float), used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
+    c->shown.slot_brick = (int *)c->slot_brick.data;
+    c->shown.free_slots = (int *)c->free_slots.data;
+    c->shown.phi = (float *)c->phi.data;
+    c->crew = (springls__crew *)c->crews.data;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    size_t bricks = springls__brick_count(g), i;
+    memcpy(c->shown.size, g->size, sizeof g->size);
+    memcpy(c->shown.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top, bricks, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirt, bricks, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->meshes, bricks, 1, 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
+    c->shown.top = (int *)c->top.data;
+    c->dirty = (uint8_t *)c->dirt.data;
+    c->has_mesh = (uint8_t *)c->meshes.data;
+    for (i = 0; i < bricks; i++) c->shown.top[i] = SPRINGLS__OUTSIDE;
+    memset(c->dirty, 0, bricks);
+    memset(c->has_mesh, 0, bricks);
+    c->shown.slot_count = SPRINGLS__FIRST_SLOT;
+    return SPRINGLS_OK;
+}
+
+/* ---- what has changed ---- */
+
+/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its normal
+   on voxels one further. Bits as in springls__reach_of_row. */
+SPRINGLS__FN uint32_t springls__touches(int v)
+{
+    int x = v & 7, y = v >> 3 & 7, z = v >> 6;
+    return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
+}
+
+typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
+
+/* Voxels of a listed brick that have left the tolerance are shown as they are now. */
+SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    springls_chunks *c = job->chunks;
+    const springls__grid *g = &job->ctx->model.grid;
+    const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    int v;
+    for (; begin < end; begin++) {
+        const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        uint32_t touched = 0u;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            float before = shown[v];
+            if (springls__fabs(now[v] - before) <= tolerance && (now[v] < 0.0f) == (before < 0.0f)) continue;
+            shown[v] = now[v];
+            /* far from the surface it moves neither vertices nor normals */
+            if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
+        }
+        c->touched[begin] = touched;
+    }
+}
+
+/* Bricks whose values may differ from those shown, to `list`; each is given a slot. */
+SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__grid *shown = &c->shown;
+    int bricks = (int)springls__brick_count(g), i, n = 0, fresh = 0;
+    for (i = 0; i < bricks; i++) {
+        bool here = shown->top[i] >= SPRINGLS__FIRST_SLOT;
+        if (!here && g->top[i] == shown->top[i]) continue;
+        n++;
+        fresh += !here;
+    }
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->lists, (size_t)n + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->touch, (size_t)n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, shown->slot_count + fresh));
+    c->list = (int *)c->lists.data;
+    c->touched = (uint32_t *)c->touch.data;
+    shown->far_value = g->far_value;
+    springls__fill(shown->phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(shown->phi, SPRINGLS__INSIDE, -g->far_value);
+    for (i = n = 0; i < bricks; i++) {
+        int side = shown->top[i], slot;
+        if (side < SPRINGLS__FIRST_SLOT && g->top[i] == side) continue;
+        c->list[n++] = i;
+        if (side >= SPRINGLS__FIRST_SLOT) continue;
+        slot = shown->free_count ? shown->free_slots[--shown->free_count] : shown->slot_count++;
+        shown->top[i] = slot;
+        shown->slot_brick[slot] = i;
+        springls__fill(shown->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
+        memset(&c->crew[slot], 0, sizeof c->crew[slot]);
+    }
+    *count = n;
+    return SPRINGLS_OK;
+}
+
+/* All that a change of listed brick i reaches is to be meshed again. */
+SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
+{
+    int origin[3], at[3], d;
+    springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
+    for (d = 0; d < 27 && c->touched[i]; d++)
+        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at)) c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+}
+
+/* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
+SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__crew *crew;
+    void *memory;
+    int i, slot;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)c->shown.slot_count, sizeof *crew, &memory));
+    crew = (springls__crew *)memory;
+    memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__v3 p = ctx->model.set.s[i].p;
+        slot = springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
+        crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        crew[slot].sum = springls__add(crew[slot].sum, p);
+        crew[slot].count++;
+    }
+    for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
+        float most = c->desc.tolerance * (float)crew[slot].count;
+        if (c->shown.slot_brick[slot] < 0) continue;
+        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most) continue;
+        c->crew[slot] = crew[slot];
+        c->dirty[c->shown.slot_brick[slot]] = 1;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Bricks that have become constant give their slot back. */
+SPRINGLS__FN void springls__drop_shown(springls_context *ctx, springls_chunks *c, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->shown.top[brick];
+        if (side >= SPRINGLS__FIRST_SLOT) continue;
+        c->shown.top[brick] = side;
+        c->shown.slot_brick[slot] = -1;
+        c->shown.free_slots[c->shown.free_count++] = slot;
+    }
+}
+
+/* ---- meshes ---- */
+
+/* The vertex that lies on an edge of a cube: one number for all cubes around the edge. */
+SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
+{
+    int corner = springls__mc_edge_corner(edge);
+    return 3 * springls__tile_index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)) + springls__mc_edge_axis(edge);
+}
+
+/* Marching cubes of a chunk, vertices (voxels) numbered as triangles come to them. Both NULL: it only counts. */
+SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
+{
+    const springls__grid *g = &c->shown;
+    float tile[SPRINGLS__TILE_VOXELS];
+    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* from 1 on; 0: none yet */
+    int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
+    springls__cube_range range;
+    chunk->vertex_count = chunk->triangle_count = 0;
+    if (slot < SPRINGLS__FIRST_SLOT) return;
+    memset(number, 0, sizeof number);
+    range = springls__brick_cubes(g, slot);
+    springls__load_tile(g, g->phi, slot, springls__alone(), tile);
+    for (z = range.lo[2]; z <= range.hi[2]; z++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++)
+            for (x = range.lo[0]; x <= range.hi[0]; x++) {
+                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+                int mask = springls__mc_case(cell);
+                for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+                    int edge = springls__mc_edge(mask, 0, k);
+                    uint16_t *n = &number[springls__edge_number(x, y, z, edge)];
+                    if (!*n) {
+                        if (vertex) vertex[chunk->vertex_count] = springls__cube_vertex(&range, cell, x, y, z, edge);
+                        *n = (uint16_t)++chunk->vertex_count;
+                    }
+                    if (corner) corner[3 * chunk->triangle_count + k] = (uint16_t)(*n - 1);
+                }
+                chunk->triangle_count += springls__mc_count(mask);
+            }
+}
+
+SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
+}
+
+/* Its arrays are there; positions hold voxels, then the world. */
+SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
+{
+    springls__v3 *place = (springls__v3 *)(void *)chunk->positions;
+    int i;
+    springls__mesh_chunk(c, chunk, place, chunk->triangles);
+    for (i = 0; i < chunk->vertex_count; i++) {
+        springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
+        memcpy(chunk->normals + 3 * i, &n, sizeof n);
+        springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
+        if (c->desc.material) {
+            int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
+            if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
+            springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
+            chunk->ids[i] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+        }
+    }
+    for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
+        uint16_t one = chunk->triangles[3 * i + 1];
+        chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
+        chunk->triangles[3 * i + 2] = one;
+    }
+}
+
+SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
+}
+
+/* The dirty bricks as chunks without arrays. */
+SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const springls__grid *g = &c->shown;
+    int bricks = (int)springls__brick_count(g), i, n = 0;
+    for (i = 0; i < bricks; i++) n += c->dirty[i];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunks, (size_t)n + 1, sizeof *c->chunk, 0));
+    c->chunk = (springls_chunk *)c->chunks.data;
+    memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
+    for (i = n = 0; i < bricks; i++) {
+        if (!c->dirty[i]) continue;
+        c->chunk[n].brick[0] = i % g->bricks[0];
+        c->chunk[n].brick[1] = i / g->bricks[0] % g->bricks[1];
+        c->chunk[n++].brick[2] = i / (g->bricks[0] * g->bricks[1]);
+    }
+    *count = n;
+    return SPRINGLS_OK;
+}
+
+/* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
+SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const size_t words = c->desc.material ? 10 : 6; /* a vertex */
+    size_t vertices = 0, corners = 0;
+    int i, n = 0;
+    for (i = 0; i < *count; i++) {
+        const int *b = c->chunk[i].brick;
+        vertices += (size_t)c->chunk[i].vertex_count;
+        corners += 3 * (size_t)c->chunk[i].triangle_count;
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])]) c->chunk[n++] = c->chunk[i];
+    }
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
+    *count = n;
+    vertices = corners = 0;
+    for (i = 0; i < n; i++) {
+        springls_chunk *chunk = &c->chunk[i];
+        size_t v = (size_t)chunk->vertex_count;
+        if (!v) continue;
+        chunk->positions = (float *)c->vertices.data + vertices * words;
+        chunk->normals = chunk->positions + 3 * v;
+        if (c->desc.material) {
+            chunk->correspondences = chunk->normals + 3 * v;
+            chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
+        }
+        chunk->triangles = (uint16_t *)c->corners.data + corners;
+        vertices += v;
+        corners += 3 * (size_t)chunk->triangle_count;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
+{
+    springls__chunk_job job;
+    int listed, i;
+    job.ctx = ctx;
+    job.chunks = c;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    if (c->desc.material) SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
+    springls__parallel(ctx, listed, 16, springls__show_task, &job);
+    for (i = 0; i < listed; i++) springls__mark_around(c, i);
+    if (c->desc.material) SPRINGLS__TRY(springls__muster(ctx, c));
+    springls__drop_shown(ctx, c, listed);
+    SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
+    springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
+    SPRINGLS__TRY(springls__share_out(ctx, c, count));
+    springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
+    memset(c->dirty, 0, springls__brick_count(&c->shown));
+    for (i = 0; i < *count; i++) {
+        const int *b = c->chunk[i].brick;
+        c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- the calls ---- */
+
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out)
+{
+    springls_chunks *c;
+    springls_status status;
+    if (out) *out = NULL;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+    c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
+    if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
+    memset(c, 0, sizeof *c);
+    if (desc) c->desc = *desc;
+    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.01f : springls__max(c->desc.tolerance, 0.0f);
+    status = springls__chunks_make(ctx, c);
+    if (status == SPRINGLS_OK) *out = c;
+    else springls__chunks_free(ctx, c);
+    return status;
+}
+
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
+{
+    if (ctx && chunks) springls__chunks_free(ctx, chunks);
+}
+
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count)
+{
+    springls_status status;
+    if (changed) *changed = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunks || !changed || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    status = springls__chunks_update(ctx, chunks, count);
+    if (status == SPRINGLS_OK) *changed = chunks->chunk;
+    else *count = 0;
+    return springls__told(ctx, status);
+}
+
 /* ======== >>kernel_source  (src/kernel_source.h) =============================================================== */
 /* kernel_source.h - the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
    kernels_embed/embed.c puts the text in the place of the comment below, one literal a line: no compiler limits the
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 554 \"springls.h\"\n",
+    "#line 558 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -11961,7 +12370,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 991 \"springls.h\"\n",
+    "#line 1024 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -12025,7 +12434,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1056 \"springls.h\"\n",
+    "#line 1089 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -12168,7 +12577,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1200 \"springls.h\"\n",
+    "#line 1233 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -12235,7 +12644,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1268 \"springls.h\"\n",
+    "#line 1301 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -12484,7 +12893,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1518 \"springls.h\"\n",
+    "#line 1551 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -12720,7 +13129,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1755 \"springls.h\"\n",
+    "#line 1788 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -12849,7 +13258,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1885 \"springls.h\"\n",
+    "#line 1918 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12967,7 +13376,7 @@ static const char *const springls__kernel_lines[] = {
     "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2004 \"springls.h\"\n",
+    "#line 2037 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -13029,7 +13438,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2067 \"springls.h\"\n",
+    "#line 2100 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -13227,7 +13636,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2266 \"springls.h\"\n",
+    "#line 2299 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -13391,7 +13800,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2431 \"springls.h\"\n",
+    "#line 2464 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -13417,7 +13826,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2458 \"springls.h\"\n",
+    "#line 2491 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -13486,7 +13895,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2528 \"springls.h\"\n",
+    "#line 2561 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -13537,7 +13946,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2580 \"springls.h\"\n",
+    "#line 2613 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -13711,7 +14120,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2755 \"springls.h\"\n",
+    "#line 2788 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13833,7 +14242,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2878 \"springls.h\"\n",
+    "#line 2911 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -13966,7 +14375,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3012 \"springls.h\"\n",
+    "#line 3045 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -14370,7 +14779,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3417 \"springls.h\"\n",
+    "#line 3450 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -14464,7 +14873,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3512 \"springls.h\"\n",
+    "#line 3545 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -14563,7 +14972,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3612 \"springls.h\"\n",
+    "#line 3645 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -14763,7 +15172,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3813 \"springls.h\"\n",
+    "#line 3846 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14820,7 +15229,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3871 \"springls.h\"\n",
+    "#line 3904 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14915,7 +15324,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3967 \"springls.h\"\n",
+    "#line 4000 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -15034,7 +15443,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
     "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4087 \"springls.h\"\n",
+    "#line 4120 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -15310,7 +15719,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4364 \"springls.h\"\n",
+    "#line 4397 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -15497,7 +15906,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4552 \"springls.h\"\n",
+    "#line 4585 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -15622,7 +16031,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
     "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "}\n",
-    "#line 4678 \"springls.h\"\n",
+    "#line 4711 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -15717,7 +16126,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4774 \"springls.h\"\n",
+    "#line 4807 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -15983,7 +16392,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5041 \"springls.h\"\n",
+    "#line 5074 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -16223,7 +16632,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5282 \"springls.h\"\n",
+    "#line 5315 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -16254,7 +16663,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5314 \"springls.h\"\n",
+    "#line 5347 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -16461,7 +16870,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5522 \"springls.h\"\n",
+    "#line 5555 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -16569,7 +16978,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5631 \"springls.h\"\n",
+    "#line 5664 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -16705,7 +17114,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5768 \"springls.h\"\n",
+    "#line 5801 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -16783,7 +17192,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16787 \"springls.h\"\n",
+    "#line 17196 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -17197,7 +17606,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
     "}\n",
-    "#line 17201 \"springls.h\"\n",
+    "#line 17610 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -17395,7 +17804,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 17399 \"springls.h\"\n",
+    "#line 17808 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

@@ -89,6 +89,7 @@
 #include "read.h"
 #include "isosurface.h"
 #include "measure.h"
+#include "chunks.h"
 #include "kernel_source.h"
 
 #include "context.h"
