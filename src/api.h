@@ -310,6 +310,22 @@ typedef struct springls_step_desc {
    the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
+/* The same step in as many calls as you like, for a budget a frame: springls_step is the two of them without a limit, and the
+   bits are the same however a step is cut. _begin checks and notes; *step and *step->forces are copied, but what the forces
+   point to (user, data) is borrowed until the step is done, and callbacks come in _continue only.
+   _continue works for about `seconds` by trace.now (without it: see springls_trace; C's processor time counts all threads
+   together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
+   fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
+   A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
+   Between the calls the model is on its way: counts, views, ids, sample_*, inside, closest, raycast, surfels and the soup
+   tell what is there now, springls that have moved and a level set that may not have followed yet (in SPRINGLS_ELASTIC steps
+   it may be half made). springls_set_*, _reset and _restore drop the step with the model. Every other call that changes the
+   model, or wants it whole (a stage, a step, parameters, time, mask, reference, max_speed, meshes, chunks, measures, snapshots),
+   ends the step first, however long that takes, and returns its failure if it has one. */
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
+SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
+
 /* `steps` steps with progress reports. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 

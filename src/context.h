@@ -99,6 +99,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */

@@ -52,6 +52,7 @@
 #include "coherence.h"
 #include "run.h"
 #include "stage.h"
+#include "parts.h"
 #include "constellation.h"
 #include "grid.h"
 #include "cells.h"
