@@ -26,7 +26,7 @@ TEST_FLAGS    = $(STRICT) $(or $(OPT),-O2) -g $(MACHINE) $(if $(filter 1,$(OPENM
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 # Only what a program really uses is linked: --as-needed drops the rest. Examples may use POSIX besides C.
-EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -llapacke -lcjson -lm -pthread
+EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -llapacke -lcjson -lglfw -lepoxy -lm -pthread
 TEST_LIBS     = -lm -pthread
 
 PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
