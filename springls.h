@@ -75,6 +75,8 @@
      >>set_mesh             src/set_mesh.h
      >>query                src/query.h
      >>read                 src/read.h
+     >>attributes           src/attributes.h
+     >>material             src/material.h
      >>isosurface           src/isosurface.h
      >>measure              src/measure.h
      >>chunks               src/chunks.h
@@ -475,6 +477,21 @@
   #define springls_inside SPRINGLS__NAME(springls_inside)
   #define springls_closest SPRINGLS__NAME(springls_closest)
   #define springls_raycast SPRINGLS__NAME(springls_raycast)
+  #define springls_add_attribute SPRINGLS__NAME(springls_add_attribute)
+  #define springls_remove_attribute SPRINGLS__NAME(springls_remove_attribute)
+  #define springls_attribute_count SPRINGLS__NAME(springls_attribute_count)
+  #define springls_describe_attribute SPRINGLS__NAME(springls_describe_attribute)
+  #define springls_find_attribute SPRINGLS__NAME(springls_find_attribute)
+  #define springls_set_attribute SPRINGLS__NAME(springls_set_attribute)
+  #define springls_view_attribute SPRINGLS__NAME(springls_view_attribute)
+  #define springls_mesh_attribute SPRINGLS__NAME(springls_mesh_attribute)
+  #define springls_get_confidence SPRINGLS__NAME(springls_get_confidence)
+  #define springls_springl_materials SPRINGLS__NAME(springls_springl_materials)
+  #define springls_mesh_materials SPRINGLS__NAME(springls_mesh_materials)
+  #define springls_corner_materials SPRINGLS__NAME(springls_corner_materials)
+  #define springls_find_seams SPRINGLS__NAME(springls_find_seams)
+  #define springls_lookup SPRINGLS__NAME(springls_lookup)
+  #define springls_material_count SPRINGLS__NAME(springls_material_count)
   #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_get_stats SPRINGLS__NAME(springls_get_stats)
   #define springls_measure SPRINGLS__NAME(springls_measure)
@@ -967,6 +984,91 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
+/* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
+
+/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They belong to
+   the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them nothing about the
+   model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+typedef enum springls_policy {
+    SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
+                       one that stays keeps its own. For labels                                                     */
+    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative and add
+                       up to 1, and that are exact, where that is possible, for functions linear in the correspondence. merge: mean
+                       of the two, weighted by area. For what is continuous                                         */
+    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if there is
+                       one within 2.5 voxels. For amounts, whose sum is to last                                     */
+} springls_policy;
+
+#define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
+#define SPRINGLS_MAX_CHANNELS 1024   /* an attribute                   */
+#define SPRINGLS_MAX_NAME 31         /* characters of a name, from 1 on */
+
+typedef struct springls_attribute_desc {
+    const char *name; /* of this model's attributes no other has it */
+    int channels;     /* floats a springl                           */
+    springls_policy split, fill, merge;
+} springls_attribute_desc;
+
+/* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values,
+                                                    int *index);
+/* Those behind it have numbers smaller by one then. */
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
+/* name points into the context, until an attribute is removed. INVALID_ARGUMENT: there is no such number. */
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name); /* -1: none of that name */
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
+
+/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels` floats a
+   vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
+
+/* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
+typedef enum springls_kind {
+    SPRINGLS_ORIGINAL, /* of the input: exact but for the error of advection           */
+    SPRINGLS_SPLIT,    /* part of one: interpolated between neighbours                 */
+    SPRINGLS_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+} springls_kind;
+typedef struct springls_confidence {
+    springls_kind kind;
+    int age;             /* steps since it was last given its place: by input, split or fill      */
+    uint32_t generation; /* see springls_generations                                              */
+    uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
+} springls_confidence;
+SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out); /* one a springl */
+
+/* ---- >>material: places on the original surface ---------------------------------------------------------------- */
+
+/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and ask for
+   the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls; -1: none. */
+typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
+
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
+/* One a vertex of an extracted mesh. */
+SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
+
+/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one side of
+   every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a seam
+   (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before it. */
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
+                                                       springls_material *out);
+
+/* Which triangles meet at their edges: where the two corners at either end agree in their position and in their `channels` values
+   (channels = 2 for texture coordinates; values may be NULL with 0). values: one row a corner. neighbors: 3 a triangle. */
+SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
+                                                 const int *triangles, int triangle_count, const float *values, int channels,
+                                                 int *neighbors);
+
+/* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
+   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the arrays. */
+SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+                                             const int *triangles, int triangle_count, float *out);
+
+/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
+SPRINGLS_API int springls_material_count(const springls_context *ctx);
+
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */
 
 typedef enum springls_stage {
@@ -1317,11 +1419,18 @@ typedef struct springls__constellation {
     SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
     SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */
     SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
+    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
+    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
     SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
     SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */
     int count, at_edges; /* at_edges: how many lie at a sharp edge */
-    uint32_t next_id;
+    uint32_t next_id, step; /* step: of the model, modulo 2^30 */
 } springls__constellation;
+
+/* Kinds of springls: springls_kind of the interface. */
+#define SPRINGLS__ORIGINAL 0u
+#define SPRINGLS__SPLIT 1u
+#define SPRINGLS__FILLED 2u
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
@@ -1402,8 +1511,10 @@ typedef struct springls__model {
 
 /* All arrays: name, element, elements that belong together, place in the model. */
 #define SPRINGLS__ARRAYS(X)                                                                                                       \
-    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \
-    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \
+    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
+    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
+    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \
+    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
     X(WAS, springls__v3, 1, set.was)                                                                                              \
     X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
     X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
@@ -1427,9 +1538,9 @@ typedef struct springls__packed {
     uint32_t id, generation;
     int32_t part;
     float phi;
-    uint32_t mask, edge;
+    uint32_t mask, edge, parent, birth;
 } springls__packed;
-#define SPRINGLS__PACKED_WORDS 28
+#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -1471,6 +1582,8 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { ret
 /* Does springl i lie at a sharp edge that is to be kept? */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
 
+SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
+
 /* A new springl in place i, at or beyond `count`: its id follows from the place. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
@@ -1481,6 +1594,8 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     model->set.mask[i] = mask;
     model->set.part[i] = -1;
     model->set.edge[i] = 0;
+    model->set.parent[i] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);
     model->set.phi[i] = 0.0f;
     model->set.was[i] = s.p;
 }
@@ -1502,7 +1617,7 @@ SPRINGLS__MATHS void springls__way_element(const springls__model *model, springl
 /* The model's numbers, as kernels are given them. */
 typedef struct springls__shape {
     int size[3], bricks[3], springls, at_edges;
-    uint32_t next_id;
+    uint32_t next_id, step;
     int active_count, free_count, slot_count, large_count;
     float far_value, reference_far_value, reach;
 } springls__shape;
@@ -1518,6 +1633,7 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
     shape.springls = model->set.count;
     shape.at_edges = model->set.at_edges;
     shape.next_id = model->set.next_id;
+    shape.step = model->set.step;
     shape.active_count = model->grid.active_count;
     shape.free_count = model->grid.free_count;
     shape.slot_count = model->grid.slot_count;
@@ -1538,6 +1654,7 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->set.count = shape.springls;
     model->set.at_edges = shape.at_edges;
     model->set.next_id = shape.next_id;
+    model->set.step = shape.step;
     model->grid.active_count = shape.active_count;
     model->grid.free_count = shape.free_count;
     model->grid.slot_count = shape.slot_count;
@@ -1616,7 +1733,8 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
     bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
-        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
     } else if (inner) {
@@ -1632,9 +1750,12 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
 {
     float c = springls__grid_sample(g, phi, x);
     float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
-    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
-    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
-    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
+    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
+    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
+    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
@@ -1642,21 +1763,26 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
 SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
-    return springls__v3_make(
-        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
+    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
+                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
+                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
 }
 
 /* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
 #define SPRINGLS__TILE 10
 #define SPRINGLS__TILE_VOXELS 1000
 
-SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
+SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
+{
+    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
+}
 
 /* Each item of a group loads some of its rows; it is there for all when this returns. */
-SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,
-                                         SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
+                                         springls__group group, SPRINGLS__LOCAL float *tile)
 {
     int o[3], row, x;
     bool border;
@@ -1720,8 +1846,8 @@ typedef struct springls__wide_tile {
 
 /* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
    items must. */
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,
-                                              bool wanted, springls__wide_tile *tile)
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                              springls__group group, bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
     int x, row;
@@ -1773,7 +1899,10 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
 }
 
 
-SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }
+SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
+{
+    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
+}
 
 /* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
@@ -1839,7 +1968,8 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
 }
 
 /* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])
+SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
+                                              float margin, int lo[3], int hi[3])
 {
     springls__v3 lower, upper;
     lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
@@ -1868,7 +1998,8 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 
 
 /* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
+                                             SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
@@ -1924,17 +2055,6 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* The range of bricks within `margin` of p, as far as there are any. */
-SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
-{
-    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
-}
-
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
@@ -1944,7 +2064,8 @@ typedef struct springls__cell_walk {
     int large;
 } springls__cell_walk;
 
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
+                                                              springls__v3 upper)
 {
     springls__cell_walk walk;
     const springls__grid *g = &model->grid;
@@ -1994,12 +2115,13 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 /* All springls whose particle may lie within r of x, and some more. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
-    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
+                                     springls__v3_make(x.x + r, x.y + r, x.z + r));
 }
 
 /* All springls of which some point may lie within `radius` of the box. */
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,
-                                                            float radius)
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
+                                                               springls__v3 upper, float radius)
 {
     float r = radius + model->cells.reach;
     return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
@@ -2029,7 +2151,8 @@ SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
-            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+            if (cell[4] > cell[0])
+                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
     return reach;
 }
 
@@ -2133,7 +2256,8 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
 /* A sampled field: from the model's voxels to its own samples. */
 typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
 
-SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)
+SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,
+                                            float *out)
 {
     const float *m = field->from_voxel;
     float f[3], corner[8];
@@ -2151,7 +2275,8 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
             size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
             size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
             size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
-            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
+            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels
+                             + (size_t)channel];
         }
         out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
     }
@@ -2161,9 +2286,12 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
 SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
 {
     float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
+    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
@@ -2185,7 +2313,8 @@ typedef struct springls__force_rule {
 SPRINGLS__USER_VELOCITY
 
 /* sigma of eq. 1. */
-SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)
+SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                               float time)
 {
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -2201,14 +2330,16 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
 }
 
 /* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)
+SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                              springls__v3 n, springls__v3 out)
 {
     float rho;
     if (rule->pressure.channels != 0) {
         springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
-    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+    if (rule->curvature_weight != 0.0f)
+        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
     return out;
 }
 
@@ -2218,7 +2349,8 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
 /* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
-SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)
+SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
+                                                     springls__movers at, float time)
 {
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
@@ -2243,7 +2375,8 @@ SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springl
     return at;
 }
 
-SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)
+SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
+                                                           springls__movers at)
 {
     springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
     int m;
@@ -2933,7 +3066,8 @@ SPRINGLS__MATHS float springls__project_weight(float d2)
 
 /* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
    then it is of another sheet. */
-SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)
+SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,
+                                                        springls__v3 facing)
 {
     float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
     if (springls__dot(facing, s.n) <= 0.4f) return sum;
@@ -2990,11 +3124,17 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }
+SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)
+{
+    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+}
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
    its old value in it. */
-SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }
+SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)
+{
+    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
+}
 
 SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
 
@@ -3135,7 +3275,9 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;
+    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
+                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
+                 e2;
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
@@ -3158,7 +3300,8 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
    other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
    that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                     int count, float narrow, int certain)
 {
     const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
@@ -3181,7 +3324,9 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, cons
         int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
         for (s = 0; s < sides.count; s++) {
             float along = springls__dot(n[i], sides.normal[s]);
-            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
+            lies = lies
+                   || (along > 0.3f
+                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
             away = away && along < SPRINGLS__AWAY;
         }
         if (lies) total += weight[i];
@@ -3251,7 +3396,8 @@ SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *cro
 }
 
 /* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
-SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)
+SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,
+                                            springls__crowd *crowd)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
@@ -3272,8 +3418,8 @@ SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, spring
 }
 
 /* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
-                                                     int self)
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,
+                                                        springls__v3 x, springls__v3 a0, int self)
 {
     springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
     springls__fit_result result;
@@ -3292,8 +3438,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *c
 /* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
    is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
    ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
-                                                   springls__v3 a0, int self, int ways, int at_least)
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,
+                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
 {
     const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
     springls__fit_result fit[SPRINGLS__SIDES], result;
@@ -3328,8 +3474,8 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *cr
 }
 
 /* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
-SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
-                                          springls__fit_result *result)
+SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
+                                             int known, springls__fit_result *result)
 {
     springls__crowd crowd;
     springls__sides sides;
@@ -3461,7 +3607,8 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
     const springls__grid *g = &model->reference;
     int i;
     for (i = 0; i < model->params.track_iterations; i++)
-        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);
+        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),
+                                   model->params.track_step);
     return a;
 }
 
@@ -3489,7 +3636,8 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
         int other, count = 0;
         while ((other = springls__cell_walk_next(&walk)) >= 0) {
             float d2;
-            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */
+            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
+                continue; /* the far sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
             sum = springls__add(sum, model->set.a[other]);
@@ -3507,7 +3655,8 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
 }
 
 /* The quadratic fit at x over the particles around, springls before `known` only. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                      springls__v3 a0, int known)
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
@@ -3529,7 +3678,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     result = springls__fit_end(fit);
     if (!result.ok) return result;
     /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
+    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
+                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
                                  springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
     return result;
@@ -3623,19 +3773,23 @@ SPRINGLS__MATHS void springls__split_element(const springls__model *model, sprin
     halves[2u * at + 1u] = springls__child_of(model, i, 1);
 }
 
-/* The first half takes the parent's place, the second goes behind all that were there. */
+/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
 {
     SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);
     springls__half first, second;
+    int n = model->set.count + (int)at;
     if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
     first = halves[2u * at];
     second = halves[2u * at + 1u];
     model->set.generation[i]++;
-    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);
-    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    model->set.was[n] = springls__sub(second.s.p, moved);
+    model->set.parent[n] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
+    model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
     model->set.was[i] = springls__sub(first.s.p, moved);
@@ -3654,7 +3808,8 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,
+                                                   SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
@@ -3668,7 +3823,8 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     nearest[group.item] = least;
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+    if (group.item == 0)
+        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -3718,7 +3874,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
@@ -3740,13 +3897,15 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
 /* Is the background beside a block of b^3 voxels? */
 SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
 {
-    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)
-        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
+           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
+           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
 /* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
    of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,
+                                            SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
@@ -3830,7 +3989,8 @@ SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t vo
 }
 
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,
+                                                 SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
@@ -4032,7 +4192,10 @@ SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
    neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
 #define SPRINGLS__NEAR 0.577f
 
-SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }
+SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)
+{
+    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;
+}
 
 /* First guess for a voxel that gets its distance from its neighbours: it is not near. */
 SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
@@ -4071,7 +4234,8 @@ SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, f
 SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
+                                                SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4083,7 +4247,8 @@ SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, sp
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4112,8 +4277,8 @@ SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi,
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =
-        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(
+        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 
 /* ======== >>project_brick  (kernels_embed/project_brick.h) ===================================================== */
@@ -4141,7 +4306,9 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 /* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
-typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
+typedef struct springls__near_ranges {
+    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+} springls__near_ranges;
 
 SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
 {
@@ -4161,7 +4328,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
             for (x = -8; x <= 8; x += 8) {
                 int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
                 SPRINGLS__GLOBAL const uint32_t *cell;
-                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])
+                    continue;
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
@@ -4181,7 +4349,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */
+#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
@@ -4201,7 +4369,8 @@ SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 of
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
 /* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out);
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
@@ -4212,7 +4381,8 @@ SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x 
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 /* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
+                                            bool nearest, SPRINGLS__LOCAL float *sums)
 {
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int y0, y1, z0, z1, y, z;
@@ -4235,8 +4405,8 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
 }
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. */
-SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                            SPRINGLS__LOCAL float *sums)
+SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
+                                               const int origin[3], SPRINGLS__LOCAL float *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k, v;
@@ -4247,9 +4417,11 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
             for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
         }
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, true, sums);
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, false, sums);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -4264,7 +4436,8 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
 }
 
 /* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)
+SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                               springls__v3 x, float *phi)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -4288,7 +4461,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 }
 
 /* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
-SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
+SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
+                                             springls__v3 normal)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k;
@@ -4297,7 +4471,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
+                return true;
         }
     return false;
 }
@@ -4305,9 +4480,9 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
    thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
    thread may break. */
-SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,
-                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,
-                                           float phi)
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
+                                              const springls__wide_tile *tile, const int origin[3], int v,
+                                              springls__moments sum, bool carry, bool at_edge, float phi)
 {
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
@@ -4317,14 +4492,16 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
 }
 
 /* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
+                                               SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__LOCAL float *sums = memory;
@@ -4347,7 +4524,8 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
             if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
+                                                 phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
                 out[v] = springls__doubtful(phi[v], g->far_value);
                 *in_doubt = 1;
@@ -4365,7 +4543,8 @@ SPRINGLS__MATHS void springls__settle_element(const springls__model *model, spri
     int row, v;
     if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+        if (in_doubt)
+            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             if (!in_doubt) out[v] = from[v];
             else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);
@@ -4701,10 +4880,12 @@ SPRINGLS__MATHS void springls__plant_element(const springls__model *model, sprin
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
     springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    int n = model->set.count + (int)at;
     springls__tri t;
     if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
-    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    model->set.parent[n] = model->set.id[i];
 }
 
 /* ======== >>fill_gaps  (kernels_embed/fill_gaps.h) ============================================================= */
@@ -5358,14 +5539,16 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
     springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
                                                                 springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
                                             springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    springls__vec edges = springls__vec_min(
+        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
     return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
 }
 
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -5382,8 +5565,8 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -5424,7 +5607,8 @@ SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__v
 }
 
 /* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                           float step, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
     springls__vmask inside = springls__vec_abs(v.c) <= width;
@@ -5441,7 +5625,8 @@ SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPR
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -5449,12 +5634,14 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
 
 SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
 {
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
+                             springls__vec_min(v.zm, v.zp));
 }
 
 SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
 {
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
+                             springls__vec_max(v.zm, v.zp));
 }
 
 SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
@@ -5474,7 +5661,8 @@ SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__v
 
 SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
 {
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)
+                       + springls__slope2_lanes(v.zm, v.c, v.zp);
     springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
     springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
     return v.c / (1.0f + share * excess);
@@ -5524,7 +5712,8 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))
+            * (1.0f / 3.0f);
     d = springls__vec_select(one > b, two, one);
     return springls__vec_select(d > c, three, d);
 }
@@ -5538,7 +5727,8 @@ SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi,
     springls__vec d = springls__vec_all(far_value);
     springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
     if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
+        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
@@ -5596,8 +5786,9 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
+                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
@@ -5620,7 +5811,8 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -5632,8 +5824,9 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
             continue;
         }
         v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
-            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)
+              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)
+              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
         nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
                                                       springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
                                     springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
@@ -5665,7 +5858,8 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
 
 #ifndef SPRINGLS__LANES
 
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,
+                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
 {
     int e, m;
     for (m = 0; m < 3; m++) {
@@ -5681,7 +5875,8 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5692,18 +5887,20 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     int i;
     for (i = 0; i < 8; i++) {
         springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
         float within = omega[i] + 0.5f + reach;
-        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
+        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)
+            side[i] += springls__side(*plan, at);
     }
 }
 
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5783,13 +5980,16 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 {
     int i;
     for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
+        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],
+                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],
+                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
         springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
         springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
@@ -5931,10 +6131,20 @@ typedef struct springls__surface {
     springls__bvh_node *nodes;
     springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
-    int count, node_count;
+    int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
+
+enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__HEIRS, SPRINGLS__ATTRIBUTE_BUFFERS };
+
+/* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
+typedef struct springls__attribute {
+    char name[SPRINGLS_MAX_NAME + 1];
+    int channels;
+    springls_policy split, fill, merge;
+    springls__buffer values;
+} springls__attribute;
 
 /* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
 struct springls_backend {
@@ -6029,6 +6239,9 @@ struct springls_context {
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
     springls__surface original;
     springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
+    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
+    int attribute_count;
+    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of attributes.h            */
     springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
@@ -6182,7 +6395,7 @@ SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index,
     return SPRINGLS_OK;
 }
 
-/* Two arrays of one size change places. */
+/* Two arrays of one element size change places, with their memory here and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];
@@ -6410,10 +6623,14 @@ SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, s
 }
 
 /* One edge for each lane: where it starts, its vector, 1 / length^2, and whether it is there. */
-typedef struct springls__edges_lanes { float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES]; int there[SPRINGLS__LANES]; } springls__edges_lanes;
+typedef struct springls__edges_lanes {
+    float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES];
+    int there[SPRINGLS__LANES];
+} springls__edges_lanes;
 
 /* Edges codes[stride * lane]; a lane without one (-1) gets an edge of springl `instead`, of no effect. */
-SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes, int stride, int instead)
+SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes,
+                                          int stride, int instead)
 {
     int lane, axis, some = 0;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
@@ -6435,8 +6652,8 @@ SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const sp
 }
 
 /* springls__vertex_force of one vertex of each springl. */
-SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all, springls__vec3 q,
-                                                        const int *rows, int stride, int instead)
+SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all,
+                                                           springls__vec3 q, const int *rows, int stride, int instead)
 {
     springls__vec3 c = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f)), a, ab, d;
     springls__vec x, s, zero = c.x;
@@ -6465,7 +6682,11 @@ SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule 
 }
 
 /* An axis, and the sine and cosine of the angle about it. */
-typedef struct springls__turn_lanes { springls__vec3 axis; springls__vec sine, cosine; springls__vmask some; } springls__turn_lanes;
+typedef struct springls__turn_lanes {
+    springls__vec3 axis;
+    springls__vec sine, cosine;
+    springls__vmask some;
+} springls__turn_lanes;
 
 SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
 {
@@ -6480,9 +6701,10 @@ SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
 
 SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const springls__turn_lanes *turn)
 {
-    springls__vec3 r = springls__vec3_add(springls__vec3_add(springls__vec3_scale(v, turn->cosine),
-                                                             springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
-                                          springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
+    springls__vec3 r = springls__vec3_add(
+        springls__vec3_add(springls__vec3_scale(v, turn->cosine),
+                           springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
+        springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
     r.x = springls__vec_select(turn->some, r.x, v.x);
     r.y = springls__vec_select(turn->some, r.y, v.y);
     r.z = springls__vec_select(turn->some, r.z, v.z);
@@ -6490,8 +6712,8 @@ SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const spr
 }
 
 /* springls__relax_springl of springls first, first + 1, ... `lanes` of them; idle lanes repeat the last. */
-SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first, int lanes,
-                                          springls__springl *next)
+SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first,
+                                          int lanes, springls__springl *next)
 {
     float record[16][SPRINGLS__LANES];
     springls__vec3 p, q[3], g[3], spring[3], turning = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f));
@@ -6610,7 +6832,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY || array == SPRINGLS__ARRAY_NEIGHBORS)
+    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
+        || array == SPRINGLS__ARRAY_NEIGHBORS)
         used = (size_t)m->set.count;
     else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
         used = (size_t)m->grid.slot_count;
@@ -6645,7 +6868,8 @@ SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
     }
     ctx->backend = NULL;
     ctx->on_device = false;
-    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error, ctx->lost ? ", the model is lost" : "");
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error,
+                                         ctx->lost ? ", the model is lost" : "");
     return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
 }
 
@@ -6666,7 +6890,8 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
-        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK) return springls__leave_backend(ctx);
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
+            return springls__leave_backend(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
@@ -6679,7 +6904,8 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
-            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
+                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
@@ -6692,11 +6918,12 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
-    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK) return SPRINGLS_OK;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
+        return SPRINGLS_OK;
     return springls__leave_backend(ctx);
 }
 
-/* Stages run on the device ... */
+/* From now on kernels run on the device, where there is one: for stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
 /* Whatever the device has is of no use any more. */
@@ -6725,11 +6952,25 @@ SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_stat
     return status;
 }
 
-/* ... inputs and queries here. */
+/* Working memory of stages: what it holds is of no use to whoever comes after them. */
+#define SPRINGLS__WORK_BITS                                                                                                      \
+    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
+     SPRINGLS__BIT(BRICK_LIST) | SPRINGLS__BIT(SPARE))
+
+SPRINGLS__FN void springls__forget_work(springls_context *ctx)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (SPRINGLS__WORK_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+}
+
+/* From now on they run here, on all of the model: for inputs and queries. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0));
+    springls__forget_work(ctx);
+    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
 
 /* ======== >>run  (src/run.h) =================================================================================== */
@@ -7078,6 +7319,14 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
+/* Attributes follow the springls (attributes.h): what may fail, before springls are split or removed; and what cannot, afterwards.
+   Springls have been filled in behind `known` ones: on failure they are taken away again. */
+SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits);
+SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known);
+SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx);
+SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count);
+SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
+
 /* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
 SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
 {
@@ -7272,7 +7521,8 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
         if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
-            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]),
+                                              springls__cell_coordinate(p.y, g->size[1]),
                                               springls__cell_coordinate(p.z, g->size[2]));
     }
     if (n == 0) return SPRINGLS_OK;
@@ -7299,7 +7549,8 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     cells->reach = 0.0f;
     cells->large_count = 0;
     for (i = 0; i < g->active_count; i++)
@@ -7334,8 +7585,12 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
+    SPRINGLS__TRY(springls__to_host(ctx,
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    0));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int),
+                                    (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
         uint32_t reach = ~0u;
         int o[3];
@@ -7470,7 +7725,8 @@ enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked abou
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
 /* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time, springls__v3 *out)
+SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time,
+                                 springls__v3 *out)
 {
     const springls_forces *forces = &job->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
@@ -7479,7 +7735,8 @@ SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3
     if (forces->velocity) {
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->rule.velocity_weight);
+            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
+                                     job->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
@@ -7507,7 +7764,8 @@ SPRINGLS__FN void springls__push(const springls__motion *job, const springls__v3
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
+            out[i] = springls__mad(out[i], normals[i],
+                                   -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
     }
 }
 
@@ -7539,7 +7797,8 @@ SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
             springls__v3 q = x[m * count + i];
-            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3], A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
+            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
+                                               A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, job->affine_weight);
         }
@@ -7590,14 +7849,18 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first,
         springls__v3 *d = job->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
         if (job->rule.stop_at_topology
-            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
-                                          d[0], springls__springl_normal(s[i])))
+            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
+                                          springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
+                                          springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     job->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
+SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+{
+    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+}
 
 /* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
@@ -7631,7 +7894,8 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
 SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 {
     float spread = job->ctx->model.params.half_time_sampling ? 0.5f * job->dt : job->dt;
-    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX)) return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX))
+        return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     job->rule.dt = job->dt;
     job->rule.stage_time[0] = job->time;
     job->rule.stage_time[1] = job->rule.stage_time[2] = job->time + 0.5f * spread;
@@ -7644,9 +7908,11 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
-    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
+                                                                                     : 0;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->blocks, (void **)&job->blocks));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    SPRINGLS__TRY(
+        springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
     return SPRINGLS_OK;
 }
@@ -7695,13 +7961,14 @@ SPRINGLS__FN bool springls__device_knows(springls__motion *job)
 }
 
 /* A sampled field goes to the device once as long as its version stays. */
-SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array, const springls_sampled_field *given,
-                                                       const springls__field *field)
+SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
+                                                       const springls_sampled_field *given, const springls__field *field)
 {
     springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
     size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
     if (!given->data) return SPRINGLS_OK;
-    if (given->version && given->version == last->version && given->data == last->data && floats * sizeof(float) <= ctx->memory[array].device_bytes)
+    if (given->version && given->version == last->version && given->data == last->data
+        && floats * sizeof(float) <= ctx->memory[array].device_bytes)
         return SPRINGLS_OK;
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
     *last = *given;
@@ -7714,11 +7981,14 @@ SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
     int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
-    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
-        SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
+        SPRINGLS__TRY(
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
     job->moved = springls__sqrt(springls__largest(ctx, 1, count));
     job->moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
@@ -7731,7 +8001,8 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     SPRINGLS__TRY(springls__motion_times(job));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
+    SPRINGLS__TRY(
+        springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
     job->blocks = NULL;
     if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
     return springls__displace_here(job);
@@ -7749,7 +8020,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         return springls__then(ctx, 1);
     }
     springls__displaced(job);
-    if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
+    if (job->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
     if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
         job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
         return springls__then(ctx, 0);
@@ -7816,8 +8088,8 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
     int i;
     (void)time;
     for (i = 0; i < count; i++) {
-        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]), center, axis,
-                                                     flow->angular_velocity);
+        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                     center, axis, flow->angular_velocity);
         out[3 * i] = u.x;
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;
@@ -7898,7 +8170,9 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
         return springls__then(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
     default:
+        SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         SPRINGLS__TRY(springls__constellation_compact(ctx));
+        springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);
         return SPRINGLS_OK;
@@ -7979,7 +8253,8 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
 
 /* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
    leaves the distances inside it unrounded, a concave one those outside. */
-SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside, springls__crowd *crowd)
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
+                                        springls__crowd *crowd)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -8025,7 +8300,8 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        for (m = 0; m < 3; m++)
+            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
         for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
         *s = springls__springl_finished(*s);
@@ -8059,7 +8335,8 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
-        if (springls__has_kink(&ctx->model.grid, s->p) && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
+        if (springls__has_kink(&ctx->model.grid, s->p)
+            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
             ctx->model.set.a[begin] = s->p;
             ctx->model.set.was[begin] = s->p;
         }
@@ -8102,11 +8379,13 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
+    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
     springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, springls__job_of(splits));
     springls__constellation_added(ctx, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
+    springls__attributes_after_split(ctx, count);
     return SPRINGLS_OK;
 }
 
@@ -8127,7 +8406,8 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
     memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
@@ -8236,7 +8516,10 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI),
+                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2)
+                                        | SPRINGLS__BIT(SCRATCH3)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -8436,14 +8719,16 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         return springls__then(ctx, 1);
     case 1:
         SPRINGLS__TRY(springls__plant(ctx));
+        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
         return springls__then(ctx, 2);
     case 2:
-        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max, springls_first ? on_sheets : d_max));
+        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+                                          springls_first ? on_sheets : d_max));
         return springls__then(ctx, 3);
     default:
         SPRINGLS__TRY(springls__cover(ctx));
         springls__adopt(ctx, count);
-        return SPRINGLS_OK;
+        return springls__attributes_after_fill(ctx, count);
     }
 }
 
@@ -8827,7 +9112,12 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
    Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
-typedef struct springls__part { double volume, area; float offset, moved; int32_t kin; bool speck; } springls__part; /* moved: offsets in all */
+typedef struct springls__part {
+    double volume, area;
+    float offset, moved;
+    int32_t kin;
+    bool speck;
+} springls__part; /* moved: offsets in all */
 
 typedef struct springls__parts {
     springls__part *part;
@@ -8879,7 +9169,8 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts 
             for (d = 0; d < 6; d++) {
                 springls__voxel_beside(x, y, z, d, to);
                 if (springls__is_inside(g, to[0], to[1], to[2]))
-                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v, springls__part_node(g, parts, to[0], to[1], to[2]));
+                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
+                                        springls__part_node(g, parts, to[0], to[1], to[2]));
             }
         }
     }
@@ -8916,8 +9207,8 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
                         for (m = 0; m < 3; m++) {
                             int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
                             if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
-                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1), range.origin[1] + y + (c >> 1 & 1),
-                                                           range.origin[2] + z + (c >> 2));
+                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1),
+                                                           range.origin[1] + y + (c >> 1 & 1), range.origin[2] + z + (c >> 2));
                         }
                         visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
                     }
@@ -8941,7 +9232,8 @@ SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__t
     if (label < 0) return;
     part = &parts->part[label];
     part->area += 0.5 * (double)springls__length(area2);
-    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z) * (1.0 / 6.0);
+    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
+                    * (1.0 / 6.0);
 }
 
 SPRINGLS__FN void springls__measure_parts(const springls__grid *g, springls__parts *parts)
@@ -8985,7 +9277,8 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
 SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
 {
     const springls__grid *g = &ctx->model.grid;
-    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2], nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
+    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2],
+            nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
     int32_t i, o[3];
     int v;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
@@ -9052,7 +9345,13 @@ SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const sp
 /* What is known before and what there is now, as nodes of one forest: components before come first. */
 typedef struct springls__kin { double target, volume, area; int64_t votes; } springls__kin; /* of a root: of all its tree */
 
-typedef struct springls__kinship { springls__kin *kin; int32_t *parent; uint64_t *votes; size_t vote_count; int before; } springls__kinship;
+typedef struct springls__kinship {
+    springls__kin *kin;
+    int32_t *parent;
+    uint64_t *votes;
+    size_t vote_count;
+    int before;
+} springls__kinship;
 
 SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
 {
@@ -9119,7 +9418,8 @@ SPRINGLS__FN void springls__tie_specks(const springls__parts *parts, springls__k
     for (i = 1; i < parts->count; i++)
         if (parts->part[i].volume > parts->part[largest].volume) largest = i;
     for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
-        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume)) springls__make_kin(k, i, k->before + largest);
+        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume))
+            springls__make_kin(k, i, k->before + largest);
 }
 
 /* Kin have together what they had before. Who has no kin is to have what there is. */
@@ -9269,10 +9569,16 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 
 /* ---- what the rows ask ---- */
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->model.params.resample_period == 0; }
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
+{
+    return iteration % ctx->model.params.resample_period == 0;
+}
 
 /* Volumes are to be locked, and nobody knows them yet. */
-SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx) { return ctx->model.params.volume_lock && ctx->locked_count == 0; }
+SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
+{
+    return ctx->model.params.volume_lock && ctx->locked_count == 0;
+}
 
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
@@ -9283,11 +9589,20 @@ SPRINGLS__FN bool springls__wants_phi_before(const springls_context *ctx)
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resample; }
-SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx) { return ctx->step.resample && !ctx->model.params.resample_last; }
-SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx) { return ctx->step.resample && ctx->model.params.resample_last; }
+SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
+{
+    return ctx->step.resample && !ctx->model.params.resample_last;
+}
+SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
+{
+    return ctx->step.resample && ctx->model.params.resample_last;
+}
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 SPRINGLS__FN bool springls__starts_afresh(const springls_context *ctx) { return ctx->step.afresh; }
-SPRINGLS__FN bool springls__has_edges(const springls_context *ctx) { return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0; }
+SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
+{
+    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
+}
 SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.afresh; }
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
 
@@ -9309,9 +9624,11 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     if (step->left > 0.0f) {
         dt = step->left / (springls__floor(step->left / step->part * 0.9999f) + 1.0f);
         if (ctx->time + (double)dt == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)dt);
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                                  (double)dt);
         if (step->parts++ == SPRINGLS__MOST_PARTS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                                  SPRINGLS__MOST_PARTS);
     }
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
@@ -9329,6 +9646,7 @@ SPRINGLS__FN springls_status springls__substep_counts(springls_context *ctx)
     ctx->time += (double)ctx->motion.dt;
     ctx->iteration++;
     ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_ELASTIC;
     return SPRINGLS_OK;
@@ -9426,7 +9744,9 @@ static const springls__row springls__advect_only[] = {
 
 SPRINGLS__FN void springls__first_row(springls_context *ctx)
 {
-    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID ? springls__fluid : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic : springls__advect_only;
+    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID     ? springls__fluid
+                    : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic
+                                                              : springls__advect_only;
 }
 
 /* Is there another sub-step? The next one is as long as the last one permitted. */
@@ -9466,7 +9786,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
         return SPRINGLS_OK;
     }
     if (!(speed * desc->dt <= (float)SPRINGLS__MOST_PARTS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MOST_PARTS);
     step->left = desc->dt;
     step->end = ctx->time + (double)desc->dt;
     step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
@@ -9538,8 +9859,10 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
@@ -9561,7 +9884,9 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     double until;
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!done || !(seconds >= 0.0)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: done is NULL, or seconds is negative or not a number");
+    if (!done || !(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step_continue: done is NULL, or seconds is negative or not a number");
     until = springls__now(ctx) + seconds;
     status = springls__step_go_on(ctx, &until);
     *done = !ctx->step.active;
@@ -9763,7 +10088,7 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
         items[i].center[2] = p[0].z + p[1].z + p[2].z;
         items[i].triangle = i;
     }
-    surface->count = count;
+    surface->count = surface->given = count;
     springls__bvh_split(surface, items);
     for (i = 0; i < count; i++) surface->order[i] = items[i].triangle;
     springls__bvh_bound(surface);
@@ -9868,6 +10193,46 @@ SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__sur
                                                              float max_distance)
 {
     return springls__surface_closest_from(surface, x, max_distance, -1);
+}
+
+/* ---- all that are near ---- */
+
+/* A walk over the triangles of all leaves whose box comes within r of x. */
+typedef struct springls__near_walk {
+    const springls__surface *surface;
+    springls__v3 x;
+    float r;
+    int stack[SPRINGLS__BVH_STACK], top, next, end;
+} springls__near_walk;
+
+SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
+{
+    springls__near_walk walk;
+    walk.surface = surface;
+    walk.x = x;
+    walk.r = r;
+    walk.top = walk.next = walk.end = 0;
+    if (surface->count) walk.stack[walk.top++] = 0;
+    return walk;
+}
+
+/* The next triangle, or -1 at the end. */
+SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__bvh_node *node;
+        if (!walk->top) return -1;
+        node = &walk->surface->nodes[walk->stack[--walk->top]];
+        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
+        if (node->count) {
+            walk->next = node->first;
+            walk->end = node->first + node->count;
+        } else {
+            walk->stack[walk->top++] = node->first + 1;
+            walk->stack[walk->top++] = node->first;
+        }
+    }
+    return walk->surface->order[walk->next++];
 }
 
 /* ---- rays ---- */
@@ -10253,7 +10618,8 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
     springls__drop_step(ctx);
     ctx->model.set.count = ctx->model.set.at_edges = 0;
-    ctx->model.set.next_id = 0;
+    ctx->model.set.next_id = ctx->model.set.step = 0;
+    ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->locked_count = 0;
     ctx->time = 0.0;
@@ -11080,7 +11446,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, bool balanced)
+SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
 {
     springls__mesh_distance distance;
     uint8_t mirrored = springls__is_mirrored(ctx);
@@ -11108,6 +11474,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
+    ctx->original.given = given;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__find_bare(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
@@ -11159,7 +11526,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_adopt(ctx, m, unbalanced == 0);
+    status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
@@ -11245,7 +11612,8 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
     const springls_context *ctx = q->ctx;
     int i;
     for (i = begin; i < end; i++) {
-        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
+        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi,
+                                          springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
         if (q->inside) q->inside[i] = phi < 0.0f;
         else q->out[i] = phi * ctx->smallest_spacing;
     }
@@ -11267,8 +11635,8 @@ SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
-        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x), (double)ctx->smallest_spacing,
-                                    q->out + 3 * (size_t)i);
+        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x),
+                                    (double)ctx->smallest_spacing, q->out + 3 * (size_t)i);
     }
 }
 
@@ -11392,7 +11760,8 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
 
 /* What is left when there are too few neighbours: an original springl is taken for the triangle `own` that it came from,
    any other has its one correspondence. */
-SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
 {
     springls__tri t = springls__springl_tri(ctx->model.set.s[springl]);
     springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->model.set.s[springl].p);
@@ -11405,34 +11774,24 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
 
 /* The place on the original surface of place x (voxels) of a springl, before projection: the affine map of the springls
    around it that face the same side. `own` is the original triangle at the springl's correspondence. */
-SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
 {
     const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
-    const springls__surface *model = &ctx->springl_surface;
     const springls__springl *s = ctx->model.set.s;
     springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
     const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, center, search);
+    int j;
     memset(&fit, 0, sizeof fit);
-    if (model->count) stack[top++] = 0;
-    while (top) {
-        const springls__bvh_node *node = &model->nodes[stack[--top]];
-        if (springls__bvh_box_distance2(node, center) > search * search) continue;
-        if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-            continue;
-        }
-        for (i = 0; i < node->count; i++) {
-            int j = model->order[node->first + i];
-            springls__v3 r = springls__sub(s[j].p, x);
-            float d2 = springls__length2(r) / (radius * radius), apart;
-            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
-            apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-            if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
-            springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
-        }
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        springls__v3 r = springls__sub(s[j].p, x);
+        float d2 = springls__length2(r) / (radius * radius), apart;
+        if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
+        apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
+        if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+        springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count >= 4) {
         springls__affine_fit_normal(&fit, normal, springls__tri_normal(own), 0.1 * fit.weight);
@@ -11442,7 +11801,8 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
 }
 
 /* The triangle and barycentric coordinates in the mesh as it was given. */
-SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle, float bary[3])
+SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
+                                      float bary[3])
 {
     int source = surface->source ? surface->source[h->triangle] : 2 * h->triangle;
     *triangle = source / 2;
@@ -11471,7 +11831,8 @@ typedef struct springls__hit_query {
 } springls__hit_query;
 
 /* distance: model units. */
-SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
 {
     springls__v3 voxel;
     springls__surface_hit material;
@@ -11677,6 +12038,925 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
                 memcpy(out, brick + springls__voxel_in_brick(x, y, z), (size_t)n * sizeof *out);
                 out += n;
             }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>attributes  (src/attributes.h) ===================================================================== */
+/* attributes.h - what springls carry besides themselves. The springls change as they would without; at the end of a stage that has
+   added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the fate that
+   contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a function of the
+   correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+
+SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute, int i)
+{
+    return (float *)attribute->values.data + (size_t)i * (size_t)attribute->channels;
+}
+
+SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
+{
+    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), (size_t)attribute->channels * sizeof(float));
+}
+
+SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
+{
+    size_t row = (size_t)attribute->channels * sizeof(float);
+    return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
+}
+
+SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
+{
+    return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
+}
+
+/* ---- the springls around a place, and their weights ---- */
+
+enum { SPRINGLS__DONORS = 24 };
+
+/* index[0] has the nearest correspondence. */
+typedef struct springls__donors { int index[SPRINGLS__DONORS], count; float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; } springls__donors;
+
+typedef struct springls__donor_search {
+    const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
+    const springls__v3 *a;         /* and this their correspondences                        */
+    int known;                     /* how many have values                                  */
+} springls__donor_search;
+
+SPRINGLS__FN void springls__donors_add(springls__donors *donors, int index, float d2)
+{
+    int i, last = donors->count - 1;
+    if (donors->count == SPRINGLS__DONORS && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
+    i = donors->count < SPRINGLS__DONORS ? donors->count++ : last;
+    for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
+        donors->d2[i] = donors->d2[i - 1];
+        donors->index[i] = donors->index[i - 1];
+    }
+    donors->d2[i] = d2;
+    donors->index[i] = index;
+}
+
+/* Solves the symmetric positive 3x3 system m x = b. */
+SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3])
+{
+    double det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+               + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    int k;
+    for (k = 0; k < 3; k++) {
+        int u = (k + 1) % 3, v = (k + 2) % 3;
+        double c[3];
+        c[0] = m[u][1] * m[v][2] - m[u][2] * m[v][1];
+        c[1] = m[u][2] * m[v][0] - m[u][0] * m[v][2];
+        c[2] = m[u][0] * m[v][1] - m[u][1] * m[v][0];
+        x[k] = (c[0] * b[0] + c[1] * b[1] + c[2] * b[2]) / det;
+    }
+}
+
+/* Sums over the donors, each with its weight: what is needed to fit a plane about the correspondence a. */
+typedef struct springls__plane { double weight, mean[3], slope[3]; } springls__plane;
+
+SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *donors, double r[SPRINGLS__DONORS][3])
+{
+    const double ridge = 1e-4; /* across the original surface, where the donors have no extent */
+    springls__plane plane;
+    double m[3][3], trace;
+    int i, j, k;
+    memset(&plane, 0, sizeof plane);
+    memset(m, 0, sizeof m);
+    for (i = 0; i < donors->count; i++) {
+        plane.weight += (double)donors->weight[i];
+        for (k = 0; k < 3; k++) plane.mean[k] += (double)donors->weight[i] * r[i][k];
+    }
+    for (k = 0; k < 3; k++) plane.mean[k] /= plane.weight;
+    for (i = 0; i < donors->count; i++)
+        for (j = 0; j < 3; j++)
+            for (k = 0; k < 3; k++) m[j][k] += (double)donors->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
+    trace = m[0][0] + m[1][1] + m[2][2];
+    for (k = 0; k < 3; k++) m[k][k] += ridge * trace + 1e-12 * plane.weight;
+    springls__solve3(m, plane.mean, plane.slope);
+    return plane;
+}
+
+/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a, exact for
+   linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted again; where that does
+   not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of values, and stays within their range. */
+SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springls__v3 *places, springls__v3 a)
+{
+    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0;
+    float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
+    springls__plane plane;
+    int i, k, left = donors->count, worst;
+    for (i = 0; i < donors->count; i++) {
+        float t = donors->d2[i] / range2;
+        springls__v3 d = springls__sub(places[donors->index[i]], a);
+        donors->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
+        r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
+    }
+    do {
+        plane = springls__donors_plane(donors, r);
+        worst = -1;
+        for (i = 0; i < donors->count; i++) {
+            lean[i] = 0.0;
+            for (k = 0; k < 3; k++) lean[i] += plane.weight * (r[i][k] - plane.mean[k]) * plane.slope[k];
+            if (donors->weight[i] == 0.0f || lean[i] <= 1.0) continue;
+            if (worst < 0 || (double)donors->weight[i] * (lean[i] - 1.0) > (double)donors->weight[worst] * (lean[worst] - 1.0)) worst = i;
+        }
+        if (worst >= 0 && left > 3) donors->weight[worst] = 0.0f;
+    } while (worst >= 0 && left-- > 3);
+    for (i = 0; i < donors->count; i++)
+        if (donors->weight[i] > 0.0f && lean[i] * limit > 1.0) limit = 1.0 / lean[i];
+    for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)((1.0 - limit * lean[i]) / plane.weight);
+}
+
+/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there are none
+   on this side, the nearest of all. */
+SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n, springls__v3 a, float reach)
+{
+    const springls__surface *surface = &search->ctx->springl_surface;
+    const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
+    springls__donors donors;
+    float radius = 2.5f * springls__max(1.0f, reach), further2;
+    int attempt, j;
+    donors.count = 0;
+    for (attempt = 0; attempt < 4 && donors.count < 3; attempt++, radius *= 2.0f) {
+        springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
+        donors.count = 0;
+        while ((j = springls__near_walk_next(&walk)) >= 0) {
+            springls__tri t;
+            if (j >= search->known) continue;
+            t = springls__surface_triangle(surface, j);
+            if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
+            if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
+            springls__donors_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
+        }
+    }
+    if (donors.count == 0) {
+        springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
+        float best = FLT_MAX;
+        while ((j = springls__near_walk_next(&walk)) >= 0) {
+            float d2;
+            if (j >= search->known) continue;
+            d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
+            if (d2 > best || (d2 == best && donors.count && j > donors.index[0])) continue;
+            best = d2;
+            donors.index[0] = j;
+            donors.count = 1;
+        }
+        donors.d2[0] = 0.0f;
+    }
+    radius = 2.5f * springls__max(1.0f, reach);
+    further2 = 2.0f * donors.d2[0] + 16.0f * radius * radius; /* met here, but from another part of the original */
+    while (donors.count > 1 && donors.d2[donors.count - 1] > further2) donors.count--;
+    if (donors.count) springls__donors_weigh(&donors, search->a, a);
+    return donors;
+}
+
+/* donors of a springl that is there now. */
+SPRINGLS__FN springls__donors springls__donors_of_springl(const springls__donor_search *search, int i)
+{
+    const springls_context *ctx = search->ctx;
+    springls__springl s = ctx->model.set.s[i];
+    springls__tri t;
+    t.a = springls__voxel_to_model(ctx, s.q[0]);
+    t.b = springls__voxel_to_model(ctx, s.q[1]);
+    t.c = springls__voxel_to_model(ctx, s.q[2]);
+    return springls__donors_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.reach);
+}
+
+SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, const springls__donors *donors, float *out)
+{
+    int i, c;
+    for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
+    for (i = 0; i < donors->count; i++)
+        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
+}
+
+/* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
+SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend, float *out)
+{
+    size_t bytes = (size_t)attribute->channels * sizeof *out;
+    if (donors->count == 0) memset(out, 0, bytes);
+    else if (blend) springls__donors_blend(attribute, donors, out);
+    else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
+}
+
+/* ---- split ---- */
+
+SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, springls_policy policy)
+{
+    int i, channels = 0;
+    for (i = 0; i < ctx->attribute_count; i++) channels += ctx->attributes[i].split == policy ? ctx->attributes[i].channels : 0;
+    return channels;
+}
+
+SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
+{
+    size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
+    if (!blended) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
+    return SPRINGLS_OK;
+}
+
+/* The springl of an id, among the first `count`: ids ascend. */
+SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
+{
+    int low = 0, high = count;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (ctx->model.set.id[middle] <= id) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
+/* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
+typedef struct springls__inherit_job { springls_context *ctx; springls__donor_search search; int blended; float *values; } springls__inherit_job;
+
+SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
+{
+    return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
+}
+
+/* Blended values of both halves, from those that the springls had before. */
+SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    float *out = job->values + 2 * (size_t)begin * (size_t)job->blended;
+    int half, i;
+    for (; begin < end; begin++)
+        for (half = 0; half < 2; half++) {
+            int child = job->search.known + begin;
+            springls__donors donors = springls__donors_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            for (i = 0; i < job->ctx->attribute_count; i++) {
+                const springls__attribute *attribute = &job->ctx->attributes[i];
+                if (attribute->split != SPRINGLS_BLEND) continue;
+                springls__donors_value(attribute, &donors, true, out);
+                out += attribute->channels;
+            }
+        }
+}
+
+SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    const float *in = job->values + 2 * (size_t)begin * (size_t)job->blended;
+    int i, c;
+    for (; begin < end; begin++, in += 2 * job->blended) {
+        int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
+        for (i = 0; i < job->ctx->attribute_count; i++) {
+            const springls__attribute *attribute = &job->ctx->attributes[i];
+            float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
+            for (c = 0; c < attribute->channels; c++) {
+                if (attribute->split == SPRINGLS_BLEND) first[c] = in[at + c];
+                if (attribute->split == SPRINGLS_SHARE) first[c] *= 0.5f;
+                second[c] = attribute->split == SPRINGLS_BLEND ? in[job->blended + at + c] : first[c];
+            }
+            if (attribute->split == SPRINGLS_BLEND) at += attribute->channels;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
+{
+    springls__inherit_job job;
+    int added = ctx->model.set.count - known;
+    if (!ctx->attribute_count) return;
+    if (springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(PARENT), 0) != SPRINGLS_OK) return;
+    job.ctx = ctx;
+    job.search.ctx = ctx;
+    job.search.a = (const springls__v3 *)ctx->attribute_memory[SPRINGLS__OLD_PLACES].data;
+    job.search.known = known;
+    job.blended = springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
+    if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
+    springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
+}
+
+/* ---- fill ---- */
+
+SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    int i;
+    for (; begin < end; begin++) {
+        int child = job->search.known + begin;
+        springls__donors donors = springls__donors_of_springl(&job->search, child);
+        for (i = 0; i < job->ctx->attribute_count; i++) {
+            const springls__attribute *attribute = &job->ctx->attributes[i];
+            float *row = springls__attribute_row(attribute, child);
+            if (attribute->fill == SPRINGLS_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
+            else springls__donors_value(attribute, &donors, attribute->fill == SPRINGLS_BLEND, row);
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, int known)
+{
+    springls__inherit_job job;
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.search.ctx = ctx;
+    job.search.a = ctx->model.set.a;
+    job.search.known = known;
+    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_rows_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known)
+{
+    springls_status status;
+    if (!ctx->attribute_count || ctx->model.set.count == known) return SPRINGLS_OK;
+    status = springls__attributes_fill(ctx, known);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    ctx->stats.added -= ctx->model.set.count - known;
+    ctx->model.set.count = known;
+    springls__constellation_changed(ctx);
+    return status;
+}
+
+/* ---- merge ---- */
+
+/* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
+typedef struct springls__heir { int index; float distance, area; } springls__heir;
+
+SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const uint8_t *fate, int i)
+{
+    const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
+    const springls__springl *s = ctx->model.set.s;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, s[i].p),
+                                                         range * ctx->largest_spacing / ctx->smallest_spacing);
+    springls__v3 n = springls__springl_normal(s[i]);
+    float best = range * range;
+    springls__heir heir;
+    int j;
+    heir.index = -1;
+    heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
+    while (fate[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
+        float d2 = springls__length2(springls__sub(s[j].p, s[i].p));
+        if (fate[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && heir.index >= 0 && j > heir.index)) continue;
+        if (springls__dot(springls__springl_normal(s[j]), n) <= alike) continue;
+        best = d2;
+        heir.index = j;
+    }
+    heir.distance = springls__sqrt(best);
+    return heir;
+}
+
+typedef struct springls__heirs_job { const springls_context *ctx; const uint8_t *fate; springls__heir *heirs; } springls__heirs_job;
+
+SPRINGLS__FN void springls__heirs_task(void *arg, int begin, int end)
+{
+    const springls__heirs_job *job = (const springls__heirs_job *)arg;
+    for (; begin < end; begin++) job->heirs[begin] = springls__heir_of(job->ctx, job->fate, begin);
+}
+
+SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        if (ctx->attributes[i].merge != SPRINGLS_COPY) return true;
+    return false;
+}
+
+/* SCRATCH1 has the fate of every springl. */
+SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
+{
+    springls__heirs_job job;
+    size_t count = (size_t)ctx->model.set.count;
+    if (!ctx->attribute_count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
+    if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    job.ctx = ctx;
+    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+    springls__parallel(ctx, (int)count, 256, springls__heirs_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
+SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
+{
+    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
+    int c;
+    for (c = 0; c < attribute->channels; c++) to[c] = attribute->merge == SPRINGLS_SHARE ? to[c] + from[c] : to[c] + share * (from[c] - to[c]);
+}
+
+/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but leaves
+   its share. */
+SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
+{
+    springls__heir *heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+    int i, k;
+    for (i = 0; i < count; i++) {
+        springls__heir *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
+        bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
+        if (!heir) continue;
+        for (k = 0; k < ctx->attribute_count; k++)
+            if (ctx->attributes[k].merge != SPRINGLS_COPY)
+                springls__merge_row(&ctx->attributes[k], heirs[i].index, i, merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
+        if (merged) heir->area += heirs[i].area;
+    }
+}
+
+SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
+{
+    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    int i, k, n;
+    if (!ctx->attribute_count || ctx->lost) return;
+    if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
+    for (k = 0; k < ctx->attribute_count; k++)
+        for (i = n = 0; i < count; i++)
+            if (fate[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+}
+
+/* ---- public ---- */
+
+SPRINGLS__FN bool springls__policy_known(springls_policy policy)
+{
+    return policy == SPRINGLS_COPY || policy == SPRINGLS_BLEND || policy == SPRINGLS_SHARE;
+}
+
+/* The attribute of a number; NULL, and the reason, where there is none. */
+SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
+{
+    if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
+    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: attribute %d of %d", call, index, ctx->attribute_count);
+    return NULL;
+}
+
+SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, const springls_attribute_desc *desc)
+{
+    const char *call = "add_attribute";
+    size_t length = desc && desc->name ? strlen(desc->name) : 0;
+    if (length == 0 || length > SPRINGLS_MAX_NAME)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call, SPRINGLS_MAX_NAME);
+    if (springls_find_attribute(ctx, desc->name) >= 0)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
+    if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels, SPRINGLS_MAX_CHANNELS);
+    if (!springls__policy_known(desc->split) || !springls__policy_known(desc->fill) || !springls__policy_known(desc->merge))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: an unknown policy", call);
+    if (ctx->attribute_count == SPRINGLS_MAX_ATTRIBUTES)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: more than %d attributes", call, SPRINGLS_MAX_ATTRIBUTES);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attribute *attribute, const float *values)
+{
+    size_t bytes = (size_t)ctx->model.set.count * (size_t)attribute->channels * sizeof *values;
+    if (values) memcpy(attribute->values.data, values, bytes);
+    else memset(attribute->values.data, 0, bytes);
+}
+
+SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, const float *values, size_t count, const char *call)
+{
+    size_t i;
+    for (i = 0; values && i < count; i++)
+        if (!(values[i] >= -FLT_MAX && values[i] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: value %lu is not finite", call, (unsigned long)i);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values, int *index)
+{
+    springls__attribute *attribute;
+    if (index) *index = -1;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_attribute(ctx, desc));
+    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
+    attribute = &ctx->attributes[ctx->attribute_count];
+    attribute->channels = desc->channels;
+    SPRINGLS__TRY(springls__rows_reserve(ctx, attribute, ctx->model.set.count, 0));
+    memcpy(attribute->name, desc->name, strlen(desc->name) + 1);
+    attribute->split = desc->split;
+    attribute->fill = desc->fill;
+    attribute->merge = desc->merge;
+    springls__attribute_fill(ctx, attribute, values);
+    if (index) *index = ctx->attribute_count;
+    ctx->attribute_count++;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index)
+{
+    springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    attribute = springls__attribute_at(ctx, index, "remove_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    springls__buffer_free(ctx, &attribute->values);
+    ctx->attribute_count--;
+    for (; index < ctx->attribute_count; index++) ctx->attributes[index] = ctx->attributes[index + 1];
+    memset(&ctx->attributes[index].values, 0, sizeof ctx->attributes[index].values);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx) { return ctx ? ctx->attribute_count : 0; }
+
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out)
+{
+    const springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    attribute = springls__attribute_at(ctx, index, "describe_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "describe_attribute: out is NULL");
+    out->name = attribute->name;
+    out->channels = attribute->channels;
+    out->split = attribute->split;
+    out->fill = attribute->fill;
+    out->merge = attribute->merge;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name)
+{
+    int i;
+    for (i = 0; ctx && name && i < ctx->attribute_count; i++)
+        if (strcmp(ctx->attributes[i].name, name) == 0) return i;
+    return -1;
+}
+
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values)
+{
+    springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    attribute = springls__attribute_at(ctx, index, "set_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));
+    springls__attribute_fill(ctx, attribute, values);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index)
+{
+    springls_view view;
+    memset(&view, 0, sizeof view);
+    if (!ctx || index < 0 || index >= ctx->attribute_count) return view;
+    view.count = ctx->model.set.count;
+    view.data = view.count ? (const float *)ctx->attributes[index].values.data : NULL;
+    view.stride = (size_t)ctx->attributes[index].channels * sizeof(float);
+    return view;
+}
+
+typedef struct springls__mesh_attribute_job {
+    springls__donor_search search;
+    const springls_mesh *mesh;
+    const springls__attribute *attribute;
+    float *out;
+} springls__mesh_attribute_job;
+
+SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
+{
+    const springls__mesh_attribute_job *job = (const springls__mesh_attribute_job *)arg;
+    const springls_context *ctx = job->search.ctx;
+    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
+    for (; begin < end; begin++) {
+        size_t v = 3 * (size_t)begin;
+        springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
+        springls__donors donors = springls__donors_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
+                                             springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
+        springls__donors_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_BLEND,
+                            job->out + (size_t)begin * (size_t)job->attribute->channels);
+    }
+}
+
+SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out)
+{
+    springls__mesh_attribute_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    job.attribute = springls__attribute_at(ctx, index, "mesh_attribute");
+    if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
+    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    job.search.ctx = ctx;
+    job.search.a = ctx->model.set.a;
+    job.search.known = ctx->model.set.count;
+    job.mesh = mesh;
+    job.out = out;
+    springls__parallel(ctx, mesh->vertex_count, 32, springls__mesh_attribute_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(BIRTH) | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(PARENT)));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "get_confidence: out is NULL");
+    for (i = 0; i < ctx->model.set.count; i++) {
+        uint32_t birth = ctx->model.set.birth[i];
+        out[i].kind = (springls_kind)(birth & 3u);
+        out[i].age = (int)((ctx->model.set.step - (birth >> 2)) & 0x3fffffffu);
+        out[i].generation = ctx->model.set.generation[i];
+        out[i].parent = ctx->model.set.parent[i];
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>material  (src/material.h) ========================================================================= */
+/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of them
+   does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+
+/* The place on the original that is closest to a, as numbered in the mesh given. */
+SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
+{
+    springls_material out;
+    memset(&out, 0, sizeof out);
+    out.triangle = -1;
+    if (h->triangle >= 0) springls__source_of(&ctx->original, h, &out.triangle, out.barycentric);
+    return out;
+}
+
+typedef struct springls__material_job {
+    const springls_context *ctx;
+    const springls_mesh *mesh;
+    const int *neighbors, *inner; /* inner: of a triangle of the mesh given, its number in ctx->original; -1: dropped */
+    springls_material *out;
+} springls__material_job;
+
+SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    int guess = -1;
+    for (; begin < end; begin++) {
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX, guess);
+        job->out[begin] = springls__material_of(job->ctx, &h);
+        guess = h.triangle;
+    }
+}
+
+SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
+{
+    return springls__world_to_voxel(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
+}
+
+SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    int guess = -1;
+    for (; begin < end; begin++) {
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin), FLT_MAX, guess);
+        job->out[begin] = springls__material_of(job->ctx, &h);
+        guess = h.triangle;
+    }
+}
+
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out)
+{
+    springls__material_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(A)));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_materials: out is NULL");
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.out = out;
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__springl_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out, const char *call)
+{
+    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out)
+{
+    springls__material_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_materials"));
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.mesh = mesh;
+    job.out = out;
+    springls__parallel(ctx, mesh->vertex_count, 64, springls__mesh_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* ---- on one side of every seam ---- */
+
+enum { SPRINGLS__PATCH = 256 };
+
+/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through triangles
+   within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
+SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, int start, springls__v3 x, float r,
+                                             const springls__v3 points[3], springls__surface_hit best[3])
+{
+    const springls__surface *surface = &job->ctx->original;
+    int patch[SPRINGLS__PATCH], count = 1, head, k, m, i;
+    patch[0] = start;
+    for (k = 0; k < 3; k++) best[k].hit.d2 = FLT_MAX;
+    for (head = 0; head < count; head++) {
+        int inner = job->inner ? job->inner[patch[head]] : patch[head];
+        if (inner >= 0) {
+            springls__tri t = springls__surface_triangle(surface, inner);
+            if (head > 0 && springls__tri_closest(t, x).d2 > r * r) continue;
+            for (k = 0; k < 3; k++) {
+                springls__tri_hit hit = springls__tri_closest(t, points[k]);
+                if (hit.d2 >= best[k].hit.d2) continue;
+                best[k].hit = hit;
+                best[k].triangle = inner;
+            }
+        }
+        for (m = 0; m < 3; m++) {
+            int next = job->neighbors[3 * (size_t)patch[head] + (size_t)m];
+            for (i = 0; i < count && patch[i] != next; i++) continue;
+            if (next >= 0 && i == count && count < SPRINGLS__PATCH) patch[count++] = next;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    const springls__surface *surface = &job->ctx->original;
+    int k;
+    for (; begin < end; begin++) {
+        springls__surface_hit center, corner[3];
+        springls__v3 points[3], x;
+        springls_material start;
+        float r = 0.0f;
+        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
+        x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
+        center = springls__surface_closest(surface, x, FLT_MAX);
+        start = springls__material_of(job->ctx, &center);
+        for (k = 0; k < 3; k++) {
+            job->out[3 * (size_t)begin + (size_t)k] = start;
+            r = springls__max(r, springls__length(springls__sub(points[k], x)));
+        }
+        if (start.triangle < 0) continue;
+        r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
+        springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
+        for (k = 0; k < 3; k++) job->out[3 * (size_t)begin + (size_t)k] = springls__material_of(job->ctx, &corner[k]);
+    }
+}
+
+SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
+
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors, springls_material *out)
+{
+    springls__material_job job;
+    int i, given;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "corner_materials"));
+    if (!neighbors) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: neighbors is NULL");
+    given = springls_material_count(ctx);
+    for (i = 0; i < 3 * given; i++)
+        if (neighbors[i] < -1 || neighbors[i] >= given)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3, neighbors[i], given);
+    memset(&job, 0, sizeof job);
+    if (ctx->original.source) {
+        int *inner;
+        SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
+        inner = (int *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+        for (i = 0; i < given; i++) inner[i] = -1;
+        for (i = 0; i < ctx->original.count; i++) inner[ctx->original.source[i] / 2] = i;
+        job.inner = inner;
+    }
+    job.ctx = ctx;
+    job.mesh = mesh;
+    job.neighbors = neighbors;
+    job.out = out;
+    springls__parallel(ctx, mesh->triangle_count, 32, springls__corner_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* ---- seams ---- */
+
+/* The triangles' corners by position and values: corners that agree in both are one, and get its number. */
+typedef struct springls__seam_search {
+    const float *positions, *values;
+    const int *triangles;
+    size_t stride;
+    int channels, *first;
+    springls__buffer memory[2];
+} springls__seam_search;
+
+SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, int b)
+{
+    const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[a]);
+    const float *q = springls__mesh_position(s->positions, s->stride, s->triangles[b]);
+    int c;
+    if (p[0] != q[0] || p[1] != q[1] || p[2] != q[2]) return false;
+    for (c = 0; c < s->channels; c++)
+        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels + (size_t)c]) return false;
+    return true;
+}
+
+SPRINGLS__FN size_t springls__table_size(size_t entries)
+{
+    size_t size = 16;
+    while (size < 2 * entries) size *= 2;
+    return size;
+}
+
+SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, springls__seam_search *s, int corners)
+{
+    size_t size = springls__table_size((size_t)corners), slot;
+    int i, *table;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &s->memory[0], (size_t)corners, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &s->memory[1], size, sizeof(int), 0));
+    s->first = (int *)s->memory[0].data;
+    table = (int *)s->memory[1].data;
+    for (slot = 0; slot < size; slot++) table[slot] = -1;
+    for (i = 0; i < corners; i++) {
+        const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
+        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f), springls__float_bits(p[2] + 0.0f)) & (size - 1);
+        while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
+        if (table[slot] < 0) table[slot] = i;
+        s->first[i] = table[slot];
+    }
+    return SPRINGLS_OK;
+}
+
+/* Half-edges by their two ends, whichever way they run: the second of a pair is the first one's neighbour, a third has none. */
+SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, int *neighbors)
+{
+    size_t size = springls__table_size((size_t)corners), slot;
+    int i, *table = (int *)s->memory[1].data;
+    for (slot = 0; slot < size; slot++) table[slot] = -1;
+    for (i = 0; i < corners; i++) neighbors[i] = -1;
+    for (i = 0; i < corners; i++) {
+        int a = s->first[i], b = s->first[springls__mesh_next(i)], low = a < b ? a : b, high = a < b ? b : a;
+        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
+        for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
+            int c = s->first[table[slot]], d = s->first[springls__mesh_next(table[slot])];
+            if ((c == a && d == b) || (c == b && d == a)) break;
+        }
+        if (table[slot] < 0) {
+            table[slot] = i;
+        } else if (neighbors[table[slot]] < 0) {
+            neighbors[table[slot]] = i / 3;
+            neighbors[i] = table[slot] / 3;
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__find_seams(springls_context *ctx, springls__seam_search *s, int corners, int *neighbors)
+{
+    SPRINGLS__TRY(springls__seam_corners(ctx, s, corners));
+    springls__seam_edges(s, corners, neighbors);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
+                                                 const int *triangles, int triangle_count, const float *values, int channels, int *neighbors)
+{
+    springls__seam_search search;
+    springls_status status;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS || (channels > 0 && !values)
+        || (triangle_count > 0 && (!positions || !triangles || !neighbors)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a NULL array, or a count out of range");
+    if (stride == 0) stride = 3 * sizeof(float);
+    if (stride < 3 * sizeof(float) || stride % sizeof(float))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
+    for (i = 0; i < 3 * triangle_count; i++)
+        if (triangles[i] < 0 || triangles[i] >= position_count)
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i], position_count);
+    if (triangle_count == 0) return SPRINGLS_OK;
+    memset(&search, 0, sizeof search);
+    search.positions = positions;
+    search.stride = stride;
+    search.triangles = triangles;
+    search.values = values;
+    search.channels = channels;
+    status = springls__find_seams(ctx, &search, 3 * triangle_count, neighbors);
+    for (i = 0; i < 2; i++) springls__buffer_free(ctx, &search.memory[i]);
+    return status;
+}
+
+/* ---- values at places ---- */
+
+SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+                                             const int *triangles, int triangle_count, float *out)
+{
+    int i, k, c;
+    if (count < 0 || channels < 1 || triangle_count < 0 || (count > 0 && (!places || !values || !out))) return SPRINGLS_INVALID_ARGUMENT;
+    for (i = 0; i < count; i++)
+        if (places[i].triangle < -1 || places[i].triangle >= triangle_count) return SPRINGLS_INVALID_ARGUMENT;
+    for (i = 0; i < count; i++, out += channels) {
+        for (c = 0; c < channels; c++) out[c] = 0.0f;
+        for (k = 0; k < 3 && places[i].triangle >= 0; k++) {
+            size_t corner = 3 * (size_t)places[i].triangle + (size_t)k;
+            const float *row = values + (triangles ? (size_t)triangles[corner] : corner) * (size_t)channels;
+            for (c = 0; c < channels; c++) out[c] += places[i].barycentric[k] * row[c];
+        }
+    }
     return SPRINGLS_OK;
 }
 
@@ -11888,7 +13168,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
+    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
+                             | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -11898,7 +13179,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (springls__grid_contains(&ctx->model.grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
-                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
+                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v],
+                                      sizeof(float));
     }
     return hash;
 }
@@ -12285,7 +13567,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 558 \"springls.h\"\n",
+    "#line 575 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -12370,7 +13652,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 1024 \"springls.h\"\n",
+    "#line 1126 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -12434,7 +13716,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1089 \"springls.h\"\n",
+    "#line 1191 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -12577,7 +13859,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1233 \"springls.h\"\n",
+    "#line 1335 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -12644,7 +13926,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1301 \"springls.h\"\n",
+    "#line 1403 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -12664,11 +13946,18 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */\n",
     "    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */\n",
     "    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */\n",
+    "    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */\n",
+    "    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */\n",
     "    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */\n",
     "    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */\n",
     "    int count, at_edges; /* at_edges: how many lie at a sharp edge */\n",
-    "    uint32_t next_id;\n",
+    "    uint32_t next_id, step; /* step: of the model, modulo 2^30 */\n",
     "} springls__constellation;\n",
+    "\n",
+    "/* Kinds of springls: springls_kind of the interface. */\n",
+    "#define SPRINGLS__ORIGINAL 0u\n",
+    "#define SPRINGLS__SPLIT 1u\n",
+    "#define SPRINGLS__FILLED 2u\n",
     "\n",
     "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
     "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
@@ -12749,8 +14038,10 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* All arrays: name, element, elements that belong together, place in the model. */\n",
     "#define SPRINGLS__ARRAYS(X)                                                                                                       \\\n",
-    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \\\n",
-    "    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \\\n",
+    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \\\n",
+    "    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \\\n",
+    "    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \\\n",
+    "    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \\\n",
     "    X(WAS, springls__v3, 1, set.was)                                                                                              \\\n",
     "    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \\\n",
     "    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \\\n",
@@ -12774,9 +14065,9 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t id, generation;\n",
     "    int32_t part;\n",
     "    float phi;\n",
-    "    uint32_t mask, edge;\n",
+    "    uint32_t mask, edge, parent, birth;\n",
     "} springls__packed;\n",
-    "#define SPRINGLS__PACKED_WORDS 28\n",
+    "#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
@@ -12818,6 +14109,8 @@ static const char *const springls__kernel_lines[] = {
     "/* Does springl i lie at a sharp edge that is to be kept? */\n",
     "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }\n",
     "\n",
+    "SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }\n",
+    "\n",
     "/* A new springl in place i, at or beyond `count`: its id follows from the place. */\n",
     "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
     "{\n",
@@ -12828,6 +14121,8 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = mask;\n",
     "    model->set.part[i] = -1;\n",
     "    model->set.edge[i] = 0;\n",
+    "    model->set.parent[i] = model->set.id[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);\n",
     "    model->set.phi[i] = 0.0f;\n",
     "    model->set.was[i] = s.p;\n",
     "}\n",
@@ -12849,7 +14144,7 @@ static const char *const springls__kernel_lines[] = {
     "/* The model's numbers, as kernels are given them. */\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3], springls, at_edges;\n",
-    "    uint32_t next_id;\n",
+    "    uint32_t next_id, step;\n",
     "    int active_count, free_count, slot_count, large_count;\n",
     "    float far_value, reference_far_value, reach;\n",
     "} springls__shape;\n",
@@ -12865,6 +14160,7 @@ static const char *const springls__kernel_lines[] = {
     "    shape.springls = model->set.count;\n",
     "    shape.at_edges = model->set.at_edges;\n",
     "    shape.next_id = model->set.next_id;\n",
+    "    shape.step = model->set.step;\n",
     "    shape.active_count = model->grid.active_count;\n",
     "    shape.free_count = model->grid.free_count;\n",
     "    shape.slot_count = model->grid.slot_count;\n",
@@ -12885,6 +14181,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.count = shape.springls;\n",
     "    model->set.at_edges = shape.at_edges;\n",
     "    model->set.next_id = shape.next_id;\n",
+    "    model->set.step = shape.step;\n",
     "    model->grid.active_count = shape.active_count;\n",
     "    model->grid.free_count = shape.free_count;\n",
     "    model->grid.slot_count = shape.slot_count;\n",
@@ -12893,7 +14190,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1551 \"springls.h\"\n",
+    "#line 1668 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -12962,7 +14259,8 @@ static const char *const springls__kernel_lines[] = {
     "    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];\n",
     "    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);\n",
     "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
-    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS\n",
+    "                                          + springls__voxel_in_brick(i, j, k);\n",
     "        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];\n",
     "        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];\n",
     "    } else if (inner) {\n",
@@ -12978,9 +14276,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
     "    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);\n",
-    "    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;\n",
-    "    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;\n",
-    "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
+    "    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;\n",
+    "    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;\n",
+    "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
@@ -12988,21 +14289,26 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float h = 0.5f;\n",
-    "    return springls__v3_make(\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
+    "    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),\n",
+    "                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),\n",
+    "                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
     "}\n",
     "\n",
     "/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */\n",
     "#define SPRINGLS__TILE 10\n",
     "#define SPRINGLS__TILE_VOXELS 1000\n",
     "\n",
-    "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }\n",
+    "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)\n",
+    "{\n",
+    "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
+    "}\n",
     "\n",
     "/* Each item of a group loads some of its rows; it is there for all when this returns. */\n",
-    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,\n",
-    "                                         SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
+    "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    int o[3], row, x;\n",
     "    bool border;\n",
@@ -13066,8 +14372,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work\n",
     "   items must. */\n",
-    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,\n",
-    "                                              bool wanted, springls__wide_tile *tile)\n",
+    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN;\n",
     "    int x, row;\n",
@@ -13119,7 +14425,10 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "\n",
-    "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }\n",
+    "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)\n",
+    "{\n",
+    "    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];\n",
+    "}\n",
     "\n",
     "/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])\n",
@@ -13129,7 +14438,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1788 \"springls.h\"\n",
+    "#line 1917 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -13184,7 +14493,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
-    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])\n",
+    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,\n",
+    "                                              float margin, int lo[3], int hi[3])\n",
     "{\n",
     "    springls__v3 lower, upper;\n",
     "    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;\n",
@@ -13213,7 +14523,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "\n",
     "/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */\n",
-    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,\n",
+    "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture;\n",
@@ -13258,7 +14569,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1918 \"springls.h\"\n",
+    "#line 2049 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -13266,17 +14577,6 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)\n",
     "{\n",
     "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
-    "}\n",
-    "\n",
-    "/* The range of bricks within `margin` of p, as far as there are any. */\n",
-    "SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])\n",
-    "{\n",
-    "    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;\n",
-    "    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;\n",
-    "    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;\n",
-    "    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;\n",
-    "    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;\n",
-    "    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;\n",
     "}\n",
     "\n",
     "/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */\n",
@@ -13288,7 +14588,8 @@ static const char *const springls__kernel_lines[] = {
     "    int large;\n",
     "} springls__cell_walk;\n",
     "\n",
-    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,\n",
+    "                                                              springls__v3 upper)\n",
     "{\n",
     "    springls__cell_walk walk;\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -13338,12 +14639,13 @@ static const char *const springls__kernel_lines[] = {
     "/* All springls whose particle may lie within r of x, and some more. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
-    "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
+    "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
+    "                                     springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
     "}\n",
     "\n",
     "/* All springls of which some point may lie within `radius` of the box. */\n",
-    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,\n",
-    "                                                            float radius)\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,\n",
+    "                                                               springls__v3 upper, float radius)\n",
     "{\n",
     "    float r = radius + model->cells.reach;\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),\n",
@@ -13373,10 +14675,11 @@ static const char *const springls__kernel_lines[] = {
     "    int y, z;\n",
     "    for (z = 0; z < 4; z++)\n",
     "        for (y = 0; y < 4; y++, cell += 4)\n",
-    "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
+    "            if (cell[4] > cell[0])\n",
+    "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2037 \"springls.h\"\n",
+    "#line 2160 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -13438,7 +14741,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2100 \"springls.h\"\n",
+    "#line 2223 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -13475,7 +14778,8 @@ static const char *const springls__kernel_lines[] = {
     "/* A sampled field: from the model's voxels to its own samples. */\n",
     "typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;\n",
     "\n",
-    "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)\n",
+    "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,\n",
+    "                                            float *out)\n",
     "{\n",
     "    const float *m = field->from_voxel;\n",
     "    float f[3], corner[8];\n",
@@ -13493,7 +14797,8 @@ static const char *const springls__kernel_lines[] = {
     "            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);\n",
     "            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);\n",
     "            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);\n",
-    "            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];\n",
+    "            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels\n",
+    "                             + (size_t)channel];\n",
     "        }\n",
     "        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);\n",
     "    }\n",
@@ -13503,9 +14808,12 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, g->phi, x);\n",
-    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
-    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
-    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
+    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
     "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
     "}\n",
     "\n",
@@ -13527,7 +14835,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__USER_VELOCITY\n",
     "\n",
     "/* sigma of eq. 1. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)\n",
+    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                               float time)\n",
     "{\n",
     "    const float *n = rule->flow_numbers;\n",
     "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
@@ -13543,14 +14852,16 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)\n",
+    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                              springls__v3 n, springls__v3 out)\n",
     "{\n",
     "    float rho;\n",
     "    if (rule->pressure.channels != 0) {\n",
     "        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);\n",
     "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
     "    }\n",
-    "    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
+    "    if (rule->curvature_weight != 0.0f)\n",
+    "        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
     "    return out;\n",
     "}\n",
     "\n",
@@ -13560,7 +14871,8 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
     "\n",
     "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
-    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)\n",
+    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     springls__movers at, float time)\n",
     "{\n",
     "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
     "    springls__movers slope;\n",
@@ -13585,7 +14897,8 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)\n",
+    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                           springls__movers at)\n",
     "{\n",
     "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
     "    int m;\n",
@@ -13636,7 +14949,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2299 \"springls.h\"\n",
+    "#line 2432 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -13800,7 +15113,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2464 \"springls.h\"\n",
+    "#line 2597 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -13826,7 +15139,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2491 \"springls.h\"\n",
+    "#line 2624 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -13895,7 +15208,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2561 \"springls.h\"\n",
+    "#line 2694 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -13946,7 +15259,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2613 \"springls.h\"\n",
+    "#line 2746 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -14120,7 +15433,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2788 \"springls.h\"\n",
+    "#line 2921 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -14242,7 +15555,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2911 \"springls.h\"\n",
+    "#line 3044 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -14268,7 +15581,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:\n",
     "   then it is of another sheet. */\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,\n",
+    "                                                        springls__v3 facing)\n",
     "{\n",
     "    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));\n",
     "    if (springls__dot(facing, s.n) <= 0.4f) return sum;\n",
@@ -14325,11 +15639,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
-    "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }\n",
+    "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)\n",
+    "{\n",
+    "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
+    "}\n",
     "\n",
     "/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with\n",
     "   its old value in it. */\n",
-    "SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }\n",
+    "SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)\n",
+    "{\n",
+    "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }\n",
     "\n",
@@ -14375,7 +15695,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3045 \"springls.h\"\n",
+    "#line 3185 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -14469,7 +15789,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
     "                                                   const float *weight, int count)\n",
     "{\n",
-    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;\n",
+    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)\n",
+    "                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),\n",
+    "                 e2;\n",
     "    springls__patch patch = springls__patch_begin();\n",
     "    springls__strip strip;\n",
     "    float sum = 0.0f;\n",
@@ -14492,7 +15814,8 @@ static const char *const springls__kernel_lines[] = {
     "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
     "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side\n",
     "   that it lies on, whichever of several ways it has been turned. */\n",
-    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)\n",
+    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
+    "                                                     int count, float narrow, int certain)\n",
     "{\n",
     "    const float on = certain ? 0.06f : 0.15f; /* voxel */\n",
     "    springls__v3 tried[SPRINGLS__TRIES];\n",
@@ -14515,7 +15838,9 @@ static const char *const springls__kernel_lines[] = {
     "        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;\n",
     "        for (s = 0; s < sides.count; s++) {\n",
     "            float along = springls__dot(n[i], sides.normal[s]);\n",
-    "            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
+    "            lies = lies\n",
+    "                   || (along > 0.3f\n",
+    "                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
     "            away = away && along < SPRINGLS__AWAY;\n",
     "        }\n",
     "        if (lies) total += weight[i];\n",
@@ -14585,7 +15910,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */\n",
-    "SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)\n",
+    "SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,\n",
+    "                                            springls__crowd *crowd)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
     "                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
@@ -14606,8 +15932,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* One side's surface about x; springl `self` is not asked. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,\n",
-    "                                                     int self)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,\n",
+    "                                                        springls__v3 x, springls__v3 a0, int self)\n",
     "{\n",
     "    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);\n",
     "    springls__fit_result result;\n",
@@ -14626,8 +15952,8 @@ static const char *const springls__kernel_lines[] = {
     "/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal\n",
     "   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.\n",
     "   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,\n",
-    "                                                   springls__v3 a0, int self, int ways, int at_least)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,\n",
+    "                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)\n",
     "{\n",
     "    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */\n",
     "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
@@ -14662,8 +15988,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
-    "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,\n",
-    "                                          springls__fit_result *result)\n",
+    "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,\n",
+    "                                             int known, springls__fit_result *result)\n",
     "{\n",
     "    springls__crowd crowd;\n",
     "    springls__sides sides;\n",
@@ -14779,7 +16105,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3450 \"springls.h\"\n",
+    "#line 3596 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -14794,7 +16120,8 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->reference;\n",
     "    int i;\n",
     "    for (i = 0; i < model->params.track_iterations; i++)\n",
-    "        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);\n",
+    "        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),\n",
+    "                                   model->params.track_step);\n",
     "    return a;\n",
     "}\n",
     "\n",
@@ -14822,7 +16149,8 @@ static const char *const springls__kernel_lines[] = {
     "        int other, count = 0;\n",
     "        while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "            float d2;\n",
-    "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */\n",
+    "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)\n",
+    "                continue; /* the far sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
@@ -14840,7 +16168,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The quadratic fit at x over the particles around, springls before `known` only. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                      springls__v3 a0, int known)\n",
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
     "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
@@ -14862,7 +16191,8 @@ static const char *const springls__kernel_lines[] = {
     "    result = springls__fit_end(fit);\n",
     "    if (!result.ok) return result;\n",
     "    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */\n",
-    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
+    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),\n",
+    "                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
     "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
     "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;\n",
     "    return result;\n",
@@ -14873,7 +16203,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3545 \"springls.h\"\n",
+    "#line 3695 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -14955,24 +16285,28 @@ static const char *const springls__kernel_lines[] = {
     "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
     "}\n",
     "\n",
-    "/* The first half takes the parent's place, the second goes behind all that were there. */\n",
+    "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
     "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
     "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
     "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);\n",
     "    springls__half first, second;\n",
+    "    int n = model->set.count + (int)at;\n",
     "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
     "    first = halves[2u * at];\n",
     "    second = halves[2u * at + 1u];\n",
     "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
-    "    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
+    "    model->set.was[n] = springls__sub(second.s.p, moved);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);\n",
+    "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3645 \"springls.h\"\n",
+    "#line 3799 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -14985,7 +16319,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
     "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
-    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                   SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const springls__group group = model->group;\n",
@@ -14999,7 +16334,8 @@ static const char *const springls__kernel_lines[] = {
     "    nearest[group.item] = least;\n",
     "    SPRINGLS__BARRIER;\n",
     "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
-    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "    if (group.item == 0)\n",
+    "        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
@@ -15049,7 +16385,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
-    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
@@ -15071,13 +16408,15 @@ static const char *const springls__kernel_lines[] = {
     "/* Is the background beside a block of b^3 voxels? */\n",
     "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
     "{\n",
-    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)\n",
-    "        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
+    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
+    "           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)\n",
+    "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
     "}\n",
     "\n",
     "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
     "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
-    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,\n",
+    "                                            SPRINGLS__LOCAL float *grown)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const springls__group group = model->group;\n",
@@ -15161,7 +16500,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The side becomes the sign of the distance. */\n",
-    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
@@ -15172,7 +16512,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3846 \"springls.h\"\n",
+    "#line 4006 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -15229,7 +16569,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3904 \"springls.h\"\n",
+    "#line 4064 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -15324,7 +16664,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4000 \"springls.h\"\n",
+    "#line 4160 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -15360,7 +16700,10 @@ static const char *const springls__kernel_lines[] = {
     "   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
-    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }\n",
+    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)\n",
+    "{\n",
+    "    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;\n",
+    "}\n",
     "\n",
     "/* First guess for a voxel that gets its distance from its neighbours: it is not near. */\n",
     "SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)\n",
@@ -15399,7 +16742,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -15411,7 +16755,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
-    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -15440,10 +16785,10 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
-    "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
+    "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4120 \"springls.h\"\n",
+    "#line 4285 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -15468,7 +16813,9 @@ static const char *const springls__kernel_lines[] = {
     "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
     "#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */\n",
     "\n",
-    "typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;\n",
+    "typedef struct springls__near_ranges {\n",
+    "    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;\n",
+    "} springls__near_ranges;\n",
     "\n",
     "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)\n",
     "{\n",
@@ -15488,7 +16835,8 @@ static const char *const springls__kernel_lines[] = {
     "            for (x = -8; x <= 8; x += 8) {\n",
     "                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;\n",
     "                SPRINGLS__GLOBAL const uint32_t *cell;\n",
-    "                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;\n",
+    "                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])\n",
+    "                    continue;\n",
     "                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;\n",
     "                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);\n",
     "                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);\n",
@@ -15508,7 +16856,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUMS 11\n",
     "#define SPRINGLS__NEAREST2 11\n",
     "#define SPRINGLS__FACING 12\n",
-    "#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */\n",
+    "#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
     "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
     "\n",
@@ -15528,7 +16876,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
     "\n",
     "/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out);\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
@@ -15539,7 +16888,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
     "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
-    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)\n",
+    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
+    "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
     "    int y0, y1, z0, z1, y, z;\n",
@@ -15562,8 +16912,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
-    "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
-    "                                            SPRINGLS__LOCAL float *sums)\n",
+    "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k, v;\n",
@@ -15574,9 +16924,11 @@ static const char *const springls__kernel_lines[] = {
     "            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;\n",
     "        }\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -15591,7 +16943,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */\n",
-    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)\n",
+    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                               springls__v3 x, float *phi)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -15615,7 +16968,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */\n",
-    "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)\n",
+    "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
+    "                                             springls__v3 normal)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k;\n",
@@ -15624,7 +16978,8 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            springls__v3 d = springls__sub(x, s->p);\n",
     "            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
-    "            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;\n",
+    "            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))\n",
+    "                return true;\n",
     "        }\n",
     "    return false;\n",
     "}\n",
@@ -15632,9 +16987,9 @@ static const char *const springls__kernel_lines[] = {
     "/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet\n",
     "   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a\n",
     "   thread may break. */\n",
-    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,\n",
-    "                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,\n",
-    "                                           float phi)\n",
+    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
+    "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
     "{\n",
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
@@ -15644,14 +16999,16 @@ static const char *const springls__kernel_lines[] = {
     "    if (!model->params.project_level_set) return phi;\n",
     "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
     "    f = springls__moments_distance(sum);\n",
-    "    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
+    "    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)\n",
+    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
     "/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */\n",
-    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,\n",
+    "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__LOCAL float *sums = memory;\n",
@@ -15674,7 +17031,8 @@ static const char *const springls__kernel_lines[] = {
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
     "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {\n",
-    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);\n",
+    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,\n",
+    "                                                 phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
     "                out[v] = springls__doubtful(phi[v], g->far_value);\n",
     "                *in_doubt = 1;\n",
@@ -15692,7 +17050,8 @@ static const char *const springls__kernel_lines[] = {
     "    int row, v;\n",
     "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
+    "        if (in_doubt)\n",
+    "            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            if (!in_doubt) out[v] = from[v];\n",
     "            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);\n",
@@ -15719,7 +17078,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4397 \"springls.h\"\n",
+    "#line 4576 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -15906,7 +17265,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4585 \"springls.h\"\n",
+    "#line 4764 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -16026,12 +17385,14 @@ static const char *const springls__kernel_lines[] = {
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
     "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
     "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
+    "    int n = model->set.count + (int)at;\n",
     "    springls__tri t;\n",
     "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
-    "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
+    "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4711 \"springls.h\"\n",
+    "#line 4892 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -16126,7 +17487,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4807 \"springls.h\"\n",
+    "#line 4988 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -16392,7 +17753,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5074 \"springls.h\"\n",
+    "#line 5255 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -16632,7 +17993,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5315 \"springls.h\"\n",
+    "#line 5496 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -16663,7 +18024,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5347 \"springls.h\"\n",
+    "#line 5528 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -16678,14 +18039,16 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),\n",
     "                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),\n",
     "                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));\n",
-    "    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
-    "                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
-    "                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
+    "    springls__vec edges = springls__vec_min(\n",
+    "        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
+    "                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
+    "        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
     "    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;\n",
     "}\n",
     "\n",
     "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
     "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
@@ -16702,8 +18065,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
     "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
@@ -16744,7 +18107,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
-    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                           float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
     "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
@@ -16761,7 +18125,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
@@ -16769,12 +18134,14 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));\n",
+    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
+    "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));\n",
+    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
+    "                             springls__vec_max(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)\n",
@@ -16794,7 +18161,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
+    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)\n",
+    "                       + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
     "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;\n",
     "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);\n",
     "    return v.c / (1.0f + share * excess);\n",
@@ -16844,7 +18212,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
     "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
     "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))\n",
+    "            * (1.0f / 3.0f);\n",
     "    d = springls__vec_select(one > b, two, one);\n",
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
@@ -16858,7 +18227,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec d = springls__vec_all(far_value);\n",
     "    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);\n",
     "    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));\n",
-    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
+    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
+    "        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
     "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
     "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
     "}\n",
@@ -16870,7 +18240,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5555 \"springls.h\"\n",
+    "#line 5745 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -16915,8 +18285,9 @@ static const char *const springls__kernel_lines[] = {
     "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
     "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
     "        if (!springls__vmask_any(w > zero)) continue;\n",
-    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
+    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
+    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
     "        w = w * w;\n",
     "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
@@ -16939,7 +18310,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__settled; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
@@ -16951,8 +18323,9 @@ static const char *const springls__kernel_lines[] = {
     "            continue;\n",
     "        }\n",
     "        v = springls__tile_cross_lanes(phi + i);\n",
-    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)\n",
-    "            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
+    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)\n",
+    "              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)\n",
+    "              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
     "        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),\n",
     "                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),\n",
     "                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));\n",
@@ -16978,12 +18351,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5664 \"springls.h\"\n",
+    "#line 5857 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
     "\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,\n",
+    "                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
     "{\n",
     "    int e, m;\n",
     "    for (m = 0; m < 3; m++) {\n",
@@ -16999,7 +18373,8 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -17010,18 +18385,20 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
     "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
     "        float within = omega[i] + 0.5f + reach;\n",
-    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);\n",
+    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)\n",
+    "            side[i] += springls__side(*plan, at);\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -17101,20 +18478,23 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i++) {\n",
-    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
+    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],\n",
+    "                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],\n",
+    "                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
     "        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);\n",
     "        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);\n",
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5801 \"springls.h\"\n",
+    "#line 6001 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -17192,7 +18572,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 17196 \"springls.h\"\n",
+    "#line 18576 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -17590,6 +18970,8 @@ static const char *const springls__kernel_lines[] = {
     "    to->phi = model->set.phi[i];\n",
     "    to->mask = model->set.mask[i];\n",
     "    to->edge = model->set.edge[i];\n",
+    "    to->parent = model->set.parent[i];\n",
+    "    to->birth = model->set.birth[i];\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)\n",
@@ -17605,8 +18987,10 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.phi[i] = from->phi;\n",
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
+    "    model->set.parent[i] = from->parent;\n",
+    "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 17610 \"springls.h\"\n",
+    "#line 18994 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -17631,7 +19015,7 @@ static const char *const springls__kernel_lines[] = {
     "    return r;\n",
     "}\n",
     "\n",
-    "/* Work items: rows of the active bricks, then bricks of the top table. First voxel of a row and where it lies. */\n",
+    "/* The first voxel of row `row` of all active bricks' rows, and where it lies. */\n",
     "SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])\n",
     "{\n",
     "    int slot = g->active[row / SPRINGLS__ROWS];\n",
@@ -17647,6 +19031,7 @@ static const char *const springls__kernel_lines[] = {
     "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
+    "/* Elements here: rows of the active bricks, then bricks of the top table. */\n",
     "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
@@ -17744,7 +19129,7 @@ static const char *const springls__kernel_lines[] = {
     "    return g->phi[v] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
-    "/* Labels become roots; what the voxels around a member say is added up there. Regions of bricks alone have no vote. */\n",
+    "/* What the settled voxels around the members of a region say is added up at its root. Open bricks have none around them. */\n",
     "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
@@ -17804,7 +19189,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 17808 \"springls.h\"\n",
+    "#line 19193 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
@@ -17864,6 +19249,8 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
     springls__buffer_free(ctx, &ctx->locked_memory);
+    for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
+    for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
 }
 

@@ -34,7 +34,8 @@ enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked abou
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
 /* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time, springls__v3 *out)
+SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time,
+                                 springls__v3 *out)
 {
     const springls_forces *forces = &job->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
@@ -43,7 +44,8 @@ SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3
     if (forces->velocity) {
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->rule.velocity_weight);
+            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
+                                     job->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
@@ -71,7 +73,8 @@ SPRINGLS__FN void springls__push(const springls__motion *job, const springls__v3
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
+            out[i] = springls__mad(out[i], normals[i],
+                                   -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
     }
 }
 
@@ -103,7 +106,8 @@ SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
             springls__v3 q = x[m * count + i];
-            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3], A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
+            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
+                                               A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, job->affine_weight);
         }
@@ -154,14 +158,18 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first,
         springls__v3 *d = job->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
         if (job->rule.stop_at_topology
-            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
-                                          d[0], springls__springl_normal(s[i])))
+            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
+                                          springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
+                                          springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
     job->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
+SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+{
+    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+}
 
 /* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
@@ -195,7 +203,8 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
 SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 {
     float spread = job->ctx->model.params.half_time_sampling ? 0.5f * job->dt : job->dt;
-    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX)) return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX))
+        return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     job->rule.dt = job->dt;
     job->rule.stage_time[0] = job->time;
     job->rule.stage_time[1] = job->rule.stage_time[2] = job->time + 0.5f * spread;
@@ -208,9 +217,11 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
-    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
+    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
+                                                                                     : 0;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->blocks, (void **)&job->blocks));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    SPRINGLS__TRY(
+        springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
     springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
     return SPRINGLS_OK;
 }
@@ -259,13 +270,14 @@ SPRINGLS__FN bool springls__device_knows(springls__motion *job)
 }
 
 /* A sampled field goes to the device once as long as its version stays. */
-SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array, const springls_sampled_field *given,
-                                                       const springls__field *field)
+SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
+                                                       const springls_sampled_field *given, const springls__field *field)
 {
     springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
     size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
     if (!given->data) return SPRINGLS_OK;
-    if (given->version && given->version == last->version && given->data == last->data && floats * sizeof(float) <= ctx->memory[array].device_bytes)
+    if (given->version && given->version == last->version && given->data == last->data
+        && floats * sizeof(float) <= ctx->memory[array].device_bytes)
         return SPRINGLS_OK;
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
     *last = *given;
@@ -278,11 +290,14 @@ SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
     int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
-    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
-        SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
+        SPRINGLS__TRY(
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
     job->moved = springls__sqrt(springls__largest(ctx, 1, count));
     job->moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
@@ -295,7 +310,8 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     SPRINGLS__TRY(springls__motion_times(job));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
+    SPRINGLS__TRY(
+        springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
     job->blocks = NULL;
     if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
     return springls__displace_here(job);
@@ -313,7 +329,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         return springls__then(ctx, 1);
     }
     springls__displaced(job);
-    if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
+    if (job->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
     if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
         job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
         return springls__then(ctx, 0);
@@ -380,8 +397,8 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
     int i;
     (void)time;
     for (i = 0; i < count; i++) {
-        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]), center, axis,
-                                                     flow->angular_velocity);
+        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                     center, axis, flow->angular_velocity);
         out[3 * i] = u.x;
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;

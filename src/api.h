@@ -435,6 +435,91 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
+/* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
+
+/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They belong to
+   the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them nothing about the
+   model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+typedef enum springls_policy {
+    SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
+                       one that stays keeps its own. For labels                                                     */
+    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative and add
+                       up to 1, and that are exact, where that is possible, for functions linear in the correspondence. merge: mean
+                       of the two, weighted by area. For what is continuous                                         */
+    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if there is
+                       one within 2.5 voxels. For amounts, whose sum is to last                                     */
+} springls_policy;
+
+#define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
+#define SPRINGLS_MAX_CHANNELS 1024   /* an attribute                   */
+#define SPRINGLS_MAX_NAME 31         /* characters of a name, from 1 on */
+
+typedef struct springls_attribute_desc {
+    const char *name; /* of this model's attributes no other has it */
+    int channels;     /* floats a springl                           */
+    springls_policy split, fill, merge;
+} springls_attribute_desc;
+
+/* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values,
+                                                    int *index);
+/* Those behind it have numbers smaller by one then. */
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
+/* name points into the context, until an attribute is removed. INVALID_ARGUMENT: there is no such number. */
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name); /* -1: none of that name */
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
+
+/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels` floats a
+   vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
+
+/* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
+typedef enum springls_kind {
+    SPRINGLS_ORIGINAL, /* of the input: exact but for the error of advection           */
+    SPRINGLS_SPLIT,    /* part of one: interpolated between neighbours                 */
+    SPRINGLS_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+} springls_kind;
+typedef struct springls_confidence {
+    springls_kind kind;
+    int age;             /* steps since it was last given its place: by input, split or fill      */
+    uint32_t generation; /* see springls_generations                                              */
+    uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
+} springls_confidence;
+SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out); /* one a springl */
+
+/* ---- >>material: places on the original surface ---------------------------------------------------------------- */
+
+/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and ask for
+   the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls; -1: none. */
+typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
+
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
+/* One a vertex of an extracted mesh. */
+SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
+
+/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one side of
+   every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a seam
+   (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before it. */
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
+                                                       springls_material *out);
+
+/* Which triangles meet at their edges: where the two corners at either end agree in their position and in their `channels` values
+   (channels = 2 for texture coordinates; values may be NULL with 0). values: one row a corner. neighbors: 3 a triangle. */
+SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
+                                                 const int *triangles, int triangle_count, const float *values, int channels,
+                                                 int *neighbors);
+
+/* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
+   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the arrays. */
+SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+                                             const int *triangles, int triangle_count, float *out);
+
+/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
+SPRINGLS_API int springls_material_count(const springls_context *ctx);
+
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */
 
 typedef enum springls_stage {

@@ -158,7 +158,7 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
         items[i].center[2] = p[0].z + p[1].z + p[2].z;
         items[i].triangle = i;
     }
-    surface->count = count;
+    surface->count = surface->given = count;
     springls__bvh_split(surface, items);
     for (i = 0; i < count; i++) surface->order[i] = items[i].triangle;
     springls__bvh_bound(surface);
@@ -263,6 +263,46 @@ SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__sur
                                                              float max_distance)
 {
     return springls__surface_closest_from(surface, x, max_distance, -1);
+}
+
+/* ---- all that are near ---- */
+
+/* A walk over the triangles of all leaves whose box comes within r of x. */
+typedef struct springls__near_walk {
+    const springls__surface *surface;
+    springls__v3 x;
+    float r;
+    int stack[SPRINGLS__BVH_STACK], top, next, end;
+} springls__near_walk;
+
+SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
+{
+    springls__near_walk walk;
+    walk.surface = surface;
+    walk.x = x;
+    walk.r = r;
+    walk.top = walk.next = walk.end = 0;
+    if (surface->count) walk.stack[walk.top++] = 0;
+    return walk;
+}
+
+/* The next triangle, or -1 at the end. */
+SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__bvh_node *node;
+        if (!walk->top) return -1;
+        node = &walk->surface->nodes[walk->stack[--walk->top]];
+        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
+        if (node->count) {
+            walk->next = node->first;
+            walk->end = node->first + node->count;
+        } else {
+            walk->stack[walk->top++] = node->first + 1;
+            walk->stack[walk->top++] = node->first;
+        }
+    }
+    return walk->surface->order[walk->next++];
 }
 
 /* ---- rays ---- */

@@ -54,14 +54,16 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         return springls__then(ctx, 1);
     case 1:
         SPRINGLS__TRY(springls__plant(ctx));
+        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
         return springls__then(ctx, 2);
     case 2:
-        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max, springls_first ? on_sheets : d_max));
+        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+                                          springls_first ? on_sheets : d_max));
         return springls__then(ctx, 3);
     default:
         SPRINGLS__TRY(springls__cover(ctx));
         springls__adopt(ctx, count);
-        return SPRINGLS_OK;
+        return springls__attributes_after_fill(ctx, count);
     }
 }
 

@@ -50,10 +50,20 @@ typedef struct springls__surface {
     springls__bvh_node *nodes;
     springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
-    int count, node_count;
+    int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
+
+enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__HEIRS, SPRINGLS__ATTRIBUTE_BUFFERS };
+
+/* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
+typedef struct springls__attribute {
+    char name[SPRINGLS_MAX_NAME + 1];
+    int channels;
+    springls_policy split, fill, merge;
+    springls__buffer values;
+} springls__attribute;
 
 /* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
 struct springls_backend {
@@ -148,6 +158,9 @@ struct springls_context {
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
     springls__surface original;
     springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
+    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
+    int attribute_count;
+    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of attributes.h            */
     springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */

@@ -12,7 +12,8 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
     springls__drop_step(ctx);
     ctx->model.set.count = ctx->model.set.at_edges = 0;
-    ctx->model.set.next_id = 0;
+    ctx->model.set.next_id = ctx->model.set.step = 0;
+    ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->locked_count = 0;
     ctx->time = 0.0;

@@ -87,6 +87,8 @@
 /* out */
 #include "query.h"
 #include "read.h"
+#include "attributes.h"
+#include "material.h"
 #include "isosurface.h"
 #include "measure.h"
 #include "chunks.h"

@@ -3,10 +3,16 @@
 
 /* ---- what the rows ask ---- */
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->model.params.resample_period == 0; }
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
+{
+    return iteration % ctx->model.params.resample_period == 0;
+}
 
 /* Volumes are to be locked, and nobody knows them yet. */
-SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx) { return ctx->model.params.volume_lock && ctx->locked_count == 0; }
+SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
+{
+    return ctx->model.params.volume_lock && ctx->locked_count == 0;
+}
 
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
@@ -17,11 +23,20 @@ SPRINGLS__FN bool springls__wants_phi_before(const springls_context *ctx)
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resample; }
-SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx) { return ctx->step.resample && !ctx->model.params.resample_last; }
-SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx) { return ctx->step.resample && ctx->model.params.resample_last; }
+SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
+{
+    return ctx->step.resample && !ctx->model.params.resample_last;
+}
+SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
+{
+    return ctx->step.resample && ctx->model.params.resample_last;
+}
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 SPRINGLS__FN bool springls__starts_afresh(const springls_context *ctx) { return ctx->step.afresh; }
-SPRINGLS__FN bool springls__has_edges(const springls_context *ctx) { return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0; }
+SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
+{
+    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
+}
 SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.afresh; }
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
 
@@ -43,9 +58,11 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     if (step->left > 0.0f) {
         dt = step->left / (springls__floor(step->left / step->part * 0.9999f) + 1.0f);
         if (ctx->time + (double)dt == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)dt);
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                                  (double)dt);
         if (step->parts++ == SPRINGLS__MOST_PARTS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                                  SPRINGLS__MOST_PARTS);
     }
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
@@ -63,6 +80,7 @@ SPRINGLS__FN springls_status springls__substep_counts(springls_context *ctx)
     ctx->time += (double)ctx->motion.dt;
     ctx->iteration++;
     ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_ELASTIC;
     return SPRINGLS_OK;
@@ -160,7 +178,9 @@ static const springls__row springls__advect_only[] = {
 
 SPRINGLS__FN void springls__first_row(springls_context *ctx)
 {
-    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID ? springls__fluid : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic : springls__advect_only;
+    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID     ? springls__fluid
+                    : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic
+                                                              : springls__advect_only;
 }
 
 /* Is there another sub-step? The next one is as long as the last one permitted. */
@@ -200,7 +220,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
         return SPRINGLS_OK;
     }
     if (!(speed * desc->dt <= (float)SPRINGLS__MOST_PARTS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MOST_PARTS);
     step->left = desc->dt;
     step->end = ctx->time + (double)desc->dt;
     step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
@@ -272,8 +293,10 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
@@ -295,7 +318,9 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     double until;
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!done || !(seconds >= 0.0)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: done is NULL, or seconds is negative or not a number");
+    if (!done || !(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step_continue: done is NULL, or seconds is negative or not a number");
     until = springls__now(ctx) + seconds;
     status = springls__step_go_on(ctx, &until);
     *done = !ctx->step.active;
