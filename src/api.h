@@ -55,7 +55,8 @@ typedef enum springls_status {
     SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
                                        ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
                                        the model could not be brought back: then it is empty                             */
-    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid; the model is as it was            */
 } springls_status;
 
 /* A constant English phrase for any status; never NULL. */
@@ -331,6 +332,24 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
 
 SPRINGLS_API double springls_time(const springls_context *ctx);
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
+
+/* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
+
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
+   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
+   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+typedef enum springls_snapshot_kind {
+    SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
+                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+                               this context, or one that a block with all has been restored to                 */
+} springls_snapshot_kind;
+
+/* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+
+/* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
 
 /* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
 

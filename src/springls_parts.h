@@ -92,6 +92,7 @@
 #include "isosurface.h"
 #include "measure.h"
 #include "chunks.h"
+#include "snapshot.h"
 #include "kernel_source.h"
 
 #include "context.h"
