@@ -50,7 +50,7 @@ static int build_main(int argc, char **argv)
         {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
-    const struct cli_positional rest = {"SUBJECT...", set->names, "label map (NIfTI), FILE or FILE:LABEL[+LABEL..]; or mesh",
+    const struct cli_positional rest = {"SUBJECT...", set->names, "label map (NIfTI), FILE or FILE:LABEL[+LABEL..]; or mesh; mirror:... for its mirror image",
                                         true};
     const struct cli_program program = {.name = "atlas build",
                                         .summary = "makes a point distribution model: springls find the correspondences",
