@@ -230,7 +230,7 @@ static void show_failure(struct page *page, const struct run *run)
 
 static void show_pictures(struct page *page, const struct run *run, enum imaging_kind kind)
 {
-    char path[PATH_SIZE], source[PATH_SIZE];
+    char path[2 * PATH_SIZE], source[PATH_SIZE];
     for (int p = 0; p < 4 && sections[kind].pictures[p]; ++p) {
         snprintf(source, sizeof source, "%s/%s", run->name, sections[kind].pictures[p]);
         snprintf(path, sizeof path, "%s/%s", imaging_folder, source);

@@ -77,7 +77,7 @@ static void plan_head(struct imaging *imaging)
     imaging->about = "The Debian package mricron-data: one head in MR (ch2bet, the brain cut out), and two label maps of brain "
                      "regions (aal, drawn on that head; jhu189, on another). It has one image of each kind only. So the second "
                      "image to register is the head's mirror image, the sequence is that head under a made motion whose answer "
-                     "is known, and the shape model has left hippocampi and mirrored right ones. Steps on the whole brain run "
+                     "is known, and the shape model has left thalami and mirrored right ones. Steps on the whole brain run "
                      "on voxels of 3 mm.";
     add(imaging, IMAGING_PREPARE, "brain", "brain on cubes of 3 mm", "%s/ch2bet.nii.gz %s/brain.nii.gz --voxel 3", head, out);
     add(imaging, IMAGING_PREPARE, "mask", "where the package has cut it out", "%s/ch2bet.nii.gz %s/mask.nii.gz --voxel 3 --above 10",
@@ -95,8 +95,8 @@ static void plan_head(struct imaging *imaging)
     snprintf(words, sizeof words, "%s/brain.nii.gz --labels %s/segment_sphere/labels.nii.gz --beat 4", out, out);
     add(imaging, IMAGING_TRACK, "track", "a brain that is made to beat, registered", "%s", words);
     add(imaging, IMAGING_LARGE_STEPS, "large_steps", "the same motion, sampled", "%s --true-field", words);
-    add(imaging, IMAGING_BUILD, "atlas", "hippocampi: left ones, and right ones mirrored",
-        "%s/aal.nii.gz:37 mirror:%s/aal.nii.gz:38 %s/jhu189.nii.gz:75 mirror:%s/jhu189.nii.gz:76", head, head, head, head);
+    add(imaging, IMAGING_BUILD, "atlas", "thalami: left ones, and right ones mirrored",
+        "%s/aal.nii.gz:77 mirror:%s/aal.nii.gz:78 %s/jhu189.nii.gz:83 mirror:%s/jhu189.nii.gz:84", head, head, head, head);
     add(imaging, IMAGING_BUILD, "atlas_right", "the right hippocampus, mirrored, and its intensities",
         "mirror:%s/aal.nii.gz:38 --images %s/ch2bet.nii.gz", head, head);
     snprintf(words, sizeof words, "%s/ch2bet.nii.gz --reference %s/aal.nii.gz --label 37", head, head);
