@@ -51,7 +51,8 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions segmentation imaging install format clean \
+.PHONY: help deps deps-demo deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions \
+        segmentation imaging install format clean \
         asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -60,11 +61,11 @@ help:   ## this list
 
 # ---- set-up: finds what is missing and installs it, saying so ----
 
-deps: deps-test deps-demo deps-opencl   ## install what demo and test need, where missing
+deps: deps-test deps-demo deps-display deps-opencl   ## install what demo and test need, where missing
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
+deps-demo deps-display deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -138,6 +139,7 @@ $(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
 test: deps-test   ## build and run tests/test_*.c, each a program of its own, on both backends
 	@without="Going on without: the tests that want these are skipped."; \
 	  if $(DEPS) demo; then with=1; else with=0; echo "$$without"; fi; \
+	  $(DEPS) display || echo "$$without"; \
 	  if $(DEPS) opencl; then opencl=1; else opencl=0; echo "$$without"; fi; \
 	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
 

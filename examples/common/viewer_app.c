@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PUSH_SPEED 30.0f    /* voxels a second */
+#define PUSH_SPEED 1.0f     /* radii of the brush a second */
 #define SMOOTH_SPEED 60.0f  /* full steps a second */
 #define SLAB 3.0f           /* voxels that a cut takes away */
 #define BRUSH_LEAST 3.0f    /* voxels: below, phi does not show what the brush does */
@@ -344,7 +344,7 @@ static bool use_tool(struct viewer_app *app, float seconds)
         return true;
     }
     const struct viewer_brush *brush = whole ? NULL : &app->brush;
-    const float way = fminf(PUSH_SPEED * seconds * app->model.voxel, viewer_reach(&app->model, &app->brush));
+    const float way = fminf(PUSH_SPEED * seconds * app->brush.radius, viewer_reach(&app->model, &app->brush));
     switch (app->tool) {
     case VIEWER_PUSH: return viewer_push(&app->model, &app->brush, shift ? way : -way);
     case VIEWER_INFLATE: return viewer_inflate(&app->model, brush, shift ? -way : way);

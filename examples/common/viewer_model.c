@@ -48,6 +48,7 @@ static bool create(struct viewer_model *model, const springls_desc *desc, const 
     model->desc = *desc;
     model->grid = desc->grid.size[0];
     model->voxel = (float)spacing;
+    model->colors = -1;
     memcpy(model->middle, middle, sizeof model->middle);
     for (int a = 0; a < 3; ++a) {
         model->desc.grid.size[a] = model->grid;
@@ -110,6 +111,25 @@ static bool split(struct viewer_model *model)
     return true;
 }
 
+/* Every springl takes the colour of its place on the mesh, and hands it on from there. */
+static bool take_colors(struct viewer_model *model, const struct mesh *mesh, const int *triangles)
+{
+    static const springls_attribute_desc color = {"color", 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND};
+    const int count = springls_count(model->ctx);
+    springls_material *places = malloc((size_t)count * sizeof *places);
+    float *values = malloc(3 * (size_t)count * sizeof *values);
+    springls_status status = places && values ? springls_springl_materials(model->ctx, places) : SPRINGLS_OUT_OF_MEMORY;
+    if (status == SPRINGLS_OK) {
+        status = springls_lookup(places, count, mesh->colors, 3, triangles, (int)mesh->triangle_count, values);
+    }
+    if (status == SPRINGLS_OK) {
+        status = springls_add_attribute(model->ctx, &color, values, &model->colors);
+    }
+    free(places);
+    free(values);
+    return viewer_model_check(model, status);
+}
+
 static bool set_mesh(struct viewer_model *model, const struct mesh *mesh)
 {
     int *triangles = malloc(3 * mesh->triangle_count * sizeof *triangles);
@@ -121,9 +141,10 @@ static bool set_mesh(struct viewer_model *model, const struct mesh *mesh)
     }
     const springls_status status = springls_set_mesh(model->ctx, mesh->positions, (int)mesh->vertex_count, 0, triangles,
                                                      (int)mesh->triangle_count, NULL);
+    const bool good = viewer_model_check(model, status) && split(model) && (!mesh->colors || take_colors(model, mesh, triangles));
     free(triangles);
     model->unsettled = 2 * springls_get_params(model->ctx).resample_period;
-    return viewer_model_check(model, status) && split(model) && take_box(model);
+    return good && take_box(model);
 }
 
 /* Middle of the mesh's box and the length of its longest side. */
@@ -215,3 +236,13 @@ bool viewer_model_settle(struct viewer_model *model)
 }
 
 bool viewer_model_at_rest(const struct viewer_model *model) { return model->unsettled == 0; }
+
+float *viewer_model_colors(struct viewer_model *model, const springls_mesh *mesh)
+{
+    float *colors = model->colors >= 0 ? malloc((size_t)mesh->vertex_count * 3 * sizeof *colors) : NULL;
+    if (colors && springls_mesh_attribute(model->ctx, mesh, model->colors, colors) != SPRINGLS_OK) {
+        free(colors);
+        colors = NULL;
+    }
+    return colors;
+}

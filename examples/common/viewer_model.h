@@ -14,6 +14,7 @@ struct viewer_model {
     float voxel;        /* world units */
     float middle[3];    /* of the grid */
     float lower[3], upper[3]; /* box of the body as it was made: what its texture hangs on */
+    int colors;         /* the attribute with the mesh's colours; -1: it had none */
     int unsettled;      /* steps without a force that are still due */
     unsigned version;   /* grows with every change */
     double step_seconds; /* of the last step */
@@ -41,5 +42,9 @@ bool viewer_model_step(struct viewer_model *model, const springls_forces *forces
 /* Without a force: springls that a tool has moved find their rest, gaps are filled. */
 bool viewer_model_settle(struct viewer_model *model);
 bool viewer_model_at_rest(const struct viewer_model *model);
+
+/* The colours that springls have carried from the mesh, 3 floats a vertex of a mesh just extracted; free them. NULL: it had
+ * none, or there is no memory for them. */
+float *viewer_model_colors(struct viewer_model *model, const springls_mesh *mesh);
 
 #endif

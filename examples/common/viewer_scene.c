@@ -4,6 +4,7 @@
 #include "viewer_text.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const struct color clay = {0.62f, 0.70f, 0.80f}, other_clay = {0.85f, 0.66f, 0.45f}, ink = {0.9f, 0.25f, 0.1f};
@@ -22,15 +23,17 @@ void viewer_scene_destroy(struct viewer_scene *scene)
 }
 
 /* Springls as they are, with the gaps between them, or the watertight surface. */
-static bool send(struct viewer_surface *surface, struct viewer_model *model, bool springls)
+static bool send(struct viewer_surface *surface, struct viewer_model *model, enum viewer_view view)
 {
     springls_mesh mesh;
-    const springls_status status = springls ? springls_extract_soup(model->ctx, &mesh) : springls_extract_mesh(model->ctx, &mesh);
+    const springls_status status = view == VIEWER_SPRINGLS ? springls_extract_soup(model->ctx, &mesh) : springls_extract_mesh(model->ctx, &mesh);
     if (!viewer_model_check(model, status)) {
         return false;
     }
-    const float *const arrays[VIEWER_GL_ARRAYS] = {mesh.positions, mesh.normals, mesh.correspondences, NULL};
+    float *colors = view == VIEWER_TEXTURE ? viewer_model_colors(model, &mesh) : NULL;
+    const float *const arrays[VIEWER_GL_ARRAYS] = {mesh.positions, mesh.normals, mesh.correspondences, colors};
     viewer_gl_set(surface, arrays, mesh.vertex_count, mesh.triangles, mesh.triangle_count);
+    free(colors);
     springls_mesh_free(model->ctx, &mesh);
     return true;
 }
@@ -38,10 +41,9 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, boo
 /* Only what has changed is made again. */
 static bool refresh(struct viewer_scene *scene, struct viewer_app *app)
 {
-    const bool springls = app->view == VIEWER_SPRINGLS, were_springls = scene->body_view == VIEWER_SPRINGLS;
     bool good = true;
-    if (scene->body_version != app->model.version || springls != were_springls) {
-        good = send(&scene->body, &app->model, springls);
+    if (scene->body_version != app->model.version || scene->body_view != app->view) {
+        good = send(&scene->body, &app->model, app->view);
         scene->body_version = app->model.version;
     }
     scene->body_view = app->view;
@@ -49,7 +51,7 @@ static bool refresh(struct viewer_scene *scene, struct viewer_app *app)
         viewer_gl_unset(&scene->second);
         scene->second_version = 0;
     } else if (scene->second_version != app->second.version) {
-        good = good && send(&scene->second, &app->second, false);
+        good = good && send(&scene->second, &app->second, VIEWER_SURFACE);
         scene->second_version = app->second.version;
     }
     return good;
@@ -65,7 +67,7 @@ static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_
         middle[a] = 0.5f * (app->model.lower[a] + app->model.upper[a]);
     }
     struct viewer_paint paint = {.base = clay,
-                                 .painting = app->view == VIEWER_TEXTURE,
+                                 .painting = app->view != VIEWER_TEXTURE ? 0 : app->model.colors < 0 ? 1 : 2,
                                  .edges = app->view == VIEWER_SPRINGLS,
                                  .wires = app->view == VIEWER_WIREFRAME,
                                  .middle = middle,
