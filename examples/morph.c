@@ -4,6 +4,7 @@
  *   morph Knight.glb Mage.glb --animation Walking_A --out result
  *   morph Fox.glb CesiumMan.glb --map fox_to_man.txt --out result # different skeletons: which joint is which
  *   morph Knight.glb --list
+ *   morph body.obj --weights --donor RiggedFigure.glb --out result # bone weights for a body that has none
  *
  * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. Each frame the skeleton moves the
  * springls by linear blend skinning, a batch of affine forces, in one step of Algorithm 3; then ten iterations of an active
@@ -26,9 +27,12 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"fps", CLI_INT, &set->fps, "N", "frames a second of the animation", 1, 120, NULL},
         {"iterations", CLI_INT, &set->iterations, "N", "of the active contour a frame", 1, 1000, NULL},
         {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration at most", 0.001, 1, NULL},
+        {"ease", CLI_INT, &set->ease, "N", "frames in which it grows to that", 0, 1000, NULL},
         {"thicken", CLI_FLOAT, &set->thicken, "X", "make sheets, such as capes, solids of X voxels; 0: leave them", 0, 10, NULL},
         {"parts", CLI_INT, &set->parts, "N", "separate bodies of a character to keep, the largest first; 0: all", 0, 1000, NULL},
-        {"props", CLI_FLAG, &set->props, NULL, "rigid parts that hang on bones too", 0, 0, NULL},
+        {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0, NULL},
+        {"weights", CLI_FLAG, &set->weights, NULL, "only bone weights for SOURCE, by heat; as if it had none", 0, 0, NULL},
+        {"donor", CLI_STRING, &set->donor, "FILE", "whose skeleton a body without bones gets (else the other's)", 0, 0, NULL},
         {"preserve", CLI_FLAG, &set->preserve, NULL, "active contours that keep the topology", 0, 0, NULL},
         {"size", CLI_INT, &set->size, "N", "height of the pictures, pixels", 32, 4096, NULL},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
@@ -46,7 +50,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
     if (status != CLI_GO_ON) {
         return status;
     }
-    if (set->source && !set->target && !set->list) {
+    if (set->source && !set->target && !set->list && !set->weights) {
         return cli_fail("morph", CLI_EXIT_USAGE, "one character alone: which is the other? (see --help)");
     }
     set->common.grid = set->common.grid ? set->common.grid : 96;
@@ -57,13 +61,16 @@ static int list(const char *path)
 {
     struct character character;
     char error[CHARACTER_TEXT];
-    if (path ? !character_read(path, false, &character, error) : !character_build(1, &character, error)) {
+    if (path ? !character_read(path, NULL, &character, error) : !character_build(1, &character, error)) {
         return cli_fail("morph", CLI_EXIT_FAILURE, "%s", error);
     }
     printf("%s: %d parts, %d triangles, %d joints, %d rigid parts on bones\n", path ? path : "built in", character.part_count,
-           character.triangle_count, character.joint_count, character.props);
+           character.triangle_count, character.joint_count, character.prop_count);
     for (int a = 0; a < character.animation_count; ++a) {
         printf("  animation %d: %s, %.2f s\n", a, character.animations[a].name, character.animations[a].duration);
+    }
+    for (int p = 0; p < character.prop_count; ++p) {
+        printf("  prop: %s\n", character.props[p]);
     }
     for (int j = 0; j < character.joint_count; ++j) {
         if (character.joints[j].bone) {
@@ -76,7 +83,7 @@ static int list(const char *path)
 
 int main(int argc, char **argv)
 {
-    struct morph morph = {.settings = {.frames = 60, .fps = 15, .iterations = 10, .pace = 0.1f, .parts = 1, .size = 480}};
+    struct morph morph = {.settings = {.frames = 60, .fps = 24, .iterations = 10, .pace = 0.2f, .ease = 24, .parts = 1, .size = 480}};
     struct morph_settings *set = &morph.settings;
     set->common = cli_common_defaults();
     int status = read_command_line(set, argc, argv);
@@ -93,6 +100,9 @@ int main(int argc, char **argv)
     }
     if (set->preserve) {
         morph.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+    }
+    if (set->weights) {
+        return morph_weights(&morph) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
     }
     const bool done = morph_read(&morph) && morph_prepare(&morph) && morph_run(&morph);
     if (done) {

@@ -35,6 +35,7 @@ void character_free(struct character *character)
     free(character->images_of);
     free(character->images);
     free(character->animations);
+    free(character->props);
     memset(character, 0, sizeof *character);
 }
 

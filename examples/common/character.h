@@ -60,11 +60,13 @@ struct character {
     bool skinned;    /* some part has bones */
     int unnormal;    /* vertices whose weights did not sum to 1 to within a hundredth, before they were made to */
     int unweighted;  /* vertices of skinned parts without a weight: they follow the root */
-    int props;       /* rigid parts that hang on bones, taken or left out */
+    int prop_count;  /* rigid parts that hang on bones, taken or left out */
+    char (*props)[CHARACTER_NAME]; /* their names */
 };
 
-/* Through assimp. props: rigid parts that hang on bones too. False: one line in `error`, nothing to free. */
-bool character_read(const char *path, bool props, struct character *character, char error[CHARACTER_TEXT]);
+/* Through assimp. props: rigid parts that hang on bones too, those whose names hold one of these words (with commas between; "all";
+ * NULL: none). False: one line in `error`, nothing to free. */
+bool character_read(const char *path, const char *props, struct character *character, char error[CHARACTER_TEXT]);
 
 /* Two bodies that come with the program, on one skeleton: a slim one with arms and legs, and a broad one with a tail and horns.
  * number: 0 or 1. */

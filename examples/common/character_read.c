@@ -10,6 +10,7 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -313,16 +314,36 @@ static bool add_part(struct reader *r, int node, unsigned number)
     return read_weights(r, part, first) && bring_vertices(r, part, node, first);
 }
 
-/* Skinned parts, and rigid ones if they are asked for or if there is nothing else. */
-static bool wanted(struct reader *r, unsigned part, bool props)
+/* Does the name hold one of the words, whatever their case? */
+static bool named(const char *name, const char *words)
 {
-    return r->scene->mMeshes[part]->mNumBones > 0 || props || !r->character->skinned;
+    while (*words) {
+        const size_t length = strcspn(words, ",");
+        for (const char *at = name; length > 0 && *at; ++at) {
+            size_t k = 0;
+            while (k < length && tolower((unsigned char)at[k]) == tolower((unsigned char)words[k])) {
+                ++k;
+            }
+            if (k == length) {
+                return true;
+            }
+        }
+        words += length + (words[length] == ',');
+    }
+    return false;
 }
 
-static bool read_parts(struct reader *r, bool props)
+/* Skinned parts, and rigid ones if they are asked for or if there is nothing else. */
+static bool wanted(struct reader *r, int node, unsigned part, const char *props)
+{
+    return r->scene->mMeshes[part]->mNumBones > 0 || !r->character->skinned
+           || (props && (strcmp(props, "all") == 0 || named(r->character->joints[node].name, props)));
+}
+
+static bool read_parts(struct reader *r, const char *props)
 {
     struct character *c = r->character;
-    size_t vertices = 0, triangles = 0;
+    size_t vertices = 0, triangles = 0, rigid = 0;
     for (unsigned m = 0; m < r->scene->mNumMeshes; ++m) {
         c->skinned = c->skinned || r->scene->mMeshes[m]->mNumBones > 0;
     }
@@ -330,12 +351,13 @@ static bool read_parts(struct reader *r, bool props)
         for (unsigned m = 0; m < r->nodes[j]->mNumMeshes; ++m) {
             vertices += r->scene->mMeshes[r->nodes[j]->mMeshes[m]]->mNumVertices;
             triangles += r->scene->mMeshes[r->nodes[j]->mMeshes[m]]->mNumFaces;
-            c->props += c->skinned && r->scene->mMeshes[r->nodes[j]->mMeshes[m]]->mNumBones == 0;
+            rigid += c->skinned && r->scene->mMeshes[r->nodes[j]->mMeshes[m]]->mNumBones == 0;
         }
     }
     if (triangles == 0 || vertices > INT32_MAX / 16 || triangles > INT32_MAX / 16) {
         return fail(r, triangles == 0 ? "no triangles" : "too many triangles");
     }
+    c->props = calloc(rigid + 1, sizeof *c->props);
     c->positions = malloc(3 * vertices * sizeof *c->positions);
     c->uvs = malloc(2 * vertices * sizeof *c->uvs);
     c->colors = malloc(3 * vertices * sizeof *c->colors);
@@ -344,14 +366,17 @@ static bool read_parts(struct reader *r, bool props)
     c->images_of = malloc(triangles * sizeof *c->images_of);
     c->images = calloc((size_t)r->scene->mNumMaterials + 1, sizeof *c->images);
     c->image_count = c->images ? (int)r->scene->mNumMaterials : 0;
-    if (!c->positions || !c->uvs || !c->colors || !c->influences || !c->triangles || !c->images_of || !c->images) {
+    if (!c->positions || !c->uvs || !c->colors || !c->influences || !c->triangles || !c->images_of || !c->images || !c->props) {
         return no_memory(r);
     }
     bool good = true;
     for (int j = 0; good && j < c->joint_count; ++j) {
         for (unsigned m = 0; good && m < r->nodes[j]->mNumMeshes; ++m) {
             const unsigned part = r->nodes[j]->mMeshes[m];
-            good = !wanted(r, part, props) || add_part(r, j, part);
+            if (c->skinned && r->scene->mMeshes[part]->mNumBones == 0) {
+                memcpy(c->props[c->prop_count++], c->joints[j].name, CHARACTER_NAME);
+            }
+            good = !wanted(r, j, part, props) || add_part(r, j, part);
         }
     }
     return good && (c->triangle_count > 0 || fail(r, "no triangles"));
@@ -427,7 +452,7 @@ static bool read_animations(struct reader *r)
 
 /* ---- all ---- */
 
-static bool read_scene(struct reader *r, bool props)
+static bool read_scene(struct reader *r, const char *props)
 {
     struct character *c = r->character;
     const int count = r->scene->mRootNode ? count_nodes(r->scene->mRootNode, 0) : 0;
@@ -444,7 +469,7 @@ static bool read_scene(struct reader *r, bool props)
     return add_nodes(r, r->scene->mRootNode, -1) && bind_joints(r) && read_parts(r, props) && read_animations(r);
 }
 
-bool character_read(const char *path, bool props, struct character *character, char error[CHARACTER_TEXT])
+bool character_read(const char *path, const char *props, struct character *character, char error[CHARACTER_TEXT])
 {
     struct reader r = {.path = path, .character = character, .error = error};
     memset(character, 0, sizeof *character);

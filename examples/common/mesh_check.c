@@ -164,3 +164,40 @@ bool mesh_check(const float *positions, int vertex_count, const int *triangles, 
     return check_edges(triangles, vertex_count, triangle_count, check)
            && count_crossings(positions, triangles, triangle_count, check);
 }
+
+/* Divergence theorem: a sixth of the determinant of each triangle's corners, seen from a vertex of the component. */
+static double signed_volume(const float *origin, const float *a, const float *b, const float *c) { return side(origin, a, b, c) / 6.0; }
+
+int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest)
+{
+    int *parent = malloc(((size_t)vertex_count + 1) * sizeof *parent), left = 0, dropped = 0;
+    double *volume = calloc((size_t)vertex_count + 1, sizeof *volume);
+    if (!parent || !volume) {
+        free(parent);
+        free(volume);
+        return -1;
+    }
+    for (int v = 0; v < vertex_count; ++v) {
+        parent[v] = v;
+    }
+    for (int i = 0; i < 3 * *triangle_count; ++i) {
+        parent[root_of(parent, triangles[i])] = root_of(parent, triangles[i % 3 == 2 ? i - 2 : i + 1]);
+    }
+    for (int t = 0; t < *triangle_count; ++t) {
+        const int *c = triangles + 3 * t, root = root_of(parent, c[0]);
+        volume[root] += signed_volume(positions + 3 * root, positions + 3 * c[0], positions + 3 * c[1], positions + 3 * c[2]);
+    }
+    for (int t = 0; t < *triangle_count; ++t) {
+        const int root = root_of(parent, triangles[3 * t]);
+        if (fabs(volume[root]) >= smallest) {
+            memmove(triangles + 3 * left++, triangles + 3 * t, 3 * sizeof *triangles);
+        } else {
+            dropped += !isnan(volume[root]); /* counted once; NaN is not as large either */
+            volume[root] = (double)NAN;
+        }
+    }
+    *triangle_count = left;
+    free(parent);
+    free(volume);
+    return dropped;
+}

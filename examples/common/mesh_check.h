@@ -14,4 +14,7 @@ struct mesh_check {
 /* False: memory, or an index out of range. */
 bool mesh_check(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct mesh_check *check);
 
+/* Leaves out components that enclose less than `smallest`, bubbles too; the vertices stay. Returns how many went, -1: memory. */
+int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest);
+
 #endif

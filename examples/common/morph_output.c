@@ -148,7 +148,7 @@ static void report_body(struct json_writer *json, const char *name, const char *
 }
 
 struct summary {
-    int watertight, intersections, fewest, most;
+    int watertight, intersections, fewest, most, specks;
     double weight_error, seconds, skinning, contour, target;
 };
 
@@ -162,6 +162,7 @@ static struct summary summarize(const struct morph *morph)
         s.intersections += frame->check.intersections;
         s.fewest = f == 0 || frame->check.components < s.fewest ? frame->check.components : s.fewest;
         s.most = frame->check.components > s.most ? frame->check.components : s.most;
+        s.specks = frame->specks > s.specks ? frame->specks : s.specks;
         s.weight_error = fmax(s.weight_error, frame->weight_error);
         if (f > 0) { /* the first has no active contour */
             s.seconds += frame->seconds / (morph->frame_count - 1);
@@ -200,6 +201,7 @@ bool morph_report(const struct morph *morph, const char *path)
     json_integer(&json, "threads", run_threads());
     json_integer(&json, "iterations", set->iterations);
     json_number(&json, "pace_voxels", (double)set->pace);
+    json_integer(&json, "ease_frames", set->ease);
     json_number(&json, "thicken_voxels", (double)set->thicken);
     json_integer(&json, "frames", morph->frame_count);
     json_integer(&json, "coincided_in_frame", morph->coincided);
@@ -207,6 +209,7 @@ bool morph_report(const struct morph *morph, const char *path)
     json_integer(&json, "self_intersections", s.intersections);
     json_integer(&json, "components_fewest", s.fewest);
     json_integer(&json, "components_most", s.most);
+    json_integer(&json, "specks_left_out_most", s.specks);
     json_number(&json, "weight_sum_error_max", s.weight_error);
     json_number(&json, "distance_to_target_mean_voxels", morph->end.mean_ab / voxel);
     json_number(&json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
@@ -229,6 +232,7 @@ bool morph_report(const struct morph *morph, const char *path)
         json_bool(&json, "watertight", frame->check.open_edges == 0);
         json_integer(&json, "self_intersections", frame->check.intersections);
         json_integer(&json, "components", frame->check.components);
+        json_integer(&json, "specks_left_out", frame->specks);
         json_integer(&json, "euler", frame->check.euler);
         json_number(&json, "distance_voxels", frame->distance);
         json_number(&json, "missing_voxels", frame->missing);
@@ -249,9 +253,9 @@ void morph_print(const struct morph *morph)
     }
     printf("%d joints paired by %s; grid %d x %d x %d\n", morph->pairs, morph->mapped_by, morph->grid.size[0], morph->grid.size[1],
            morph->grid.size[2]);
-    printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components\n", morph->frame_count,
+    printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n", morph->frame_count,
            morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight, s.intersections, s.fewest,
-           s.most);
+           s.most, s.specks);
     printf("distance to the target: mean %.3f, from it %.3f, largest %.2f voxels; weights sum to 1 within %.1g\n",
            morph->end.mean_ab / voxel, morph->end.mean_ba / voxel, morph->end.max / voxel, s.weight_error);
     printf("%.2f s a frame: skinning %.2f, target %.2f, contour %.2f\n", s.seconds, s.skinning, s.target, s.contour);

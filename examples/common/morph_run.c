@@ -35,11 +35,34 @@ bool morph_check(springls_context *ctx, springls_status status, const char *what
 
 /* ---- reading ---- */
 
-static bool read_one(const char *path, int number, bool props, struct character *character)
+static bool read_one(const char *path, int number, const char *props, struct character *character)
 {
     char error[CHARACTER_TEXT];
     const bool good = path ? character_read(path, props, character, error) : character_build(number, character, error);
     return good || morph_fail("%s", error);
+}
+
+/* A body without bones gets the skeleton of --donor, or of the other character. */
+static bool lend_bones(const struct morph *morph, struct character *body, const char *path, const struct character *other)
+{
+    struct character donor;
+    struct rig_mesh mesh;
+    char error[CHARACTER_TEXT];
+    if (body->skinned) {
+        return true;
+    }
+    if (!morph->settings.donor && !other->skinned) {
+        return morph_fail("%s: no part has bones, and there is no donor of any", path);
+    }
+    if (morph->settings.donor && !character_read(morph->settings.donor, NULL, &donor, error)) {
+        return morph_fail("%s", error);
+    }
+    const bool good = morph_rig(morph, body, morph->settings.donor ? &donor : other, &mesh);
+    morph_rig_free(&mesh);
+    if (morph->settings.donor) {
+        character_free(&donor);
+    }
+    return good;
 }
 
 bool morph_read(struct morph *morph)
@@ -50,8 +73,8 @@ bool morph_read(struct morph *morph)
     if (!read_one(set->source, 0, set->props, source) || !read_one(set->target, 1, set->props, target)) {
         return false;
     }
-    if (!source->skinned || !target->skinned) {
-        return morph_fail("%s: no part has bones", source->skinned ? set->target : set->source);
+    if (!lend_bones(morph, source, set->source, target) || !lend_bones(morph, target, set->target, source)) {
+        return false;
     }
     morph->animation = character_animation(target, set->animation);
     if (morph->animation < 0) {
@@ -257,8 +280,8 @@ static bool skin_step(struct morph *morph)
 
 /* ---- active contours ---- */
 
-/* The target in the present pose, as a level set; the pressure is minus its signed distance, no more than `pace`. */
-static bool pose_target(struct morph *morph)
+/* The target in the present pose, as a level set; the pressure is minus its signed distance, no more than `pace` voxels. */
+static bool pose_target(struct morph *morph, float pace)
 {
     struct morph_body *target = &morph->target;
     for (int v = 0; v < target->mesh.vertex_count; ++v) {
@@ -274,7 +297,7 @@ static bool pose_target(struct morph *morph)
     }
     const size_t count = (size_t)morph->grid.size[0] * (size_t)morph->grid.size[1] * (size_t)morph->grid.size[2];
     for (size_t n = 0; n < count; ++n) {
-        morph->pressure[n] = fmaxf(-morph->settings.pace, fminf(morph->settings.pace, -morph->pressure[n]));
+        morph->pressure[n] = fmaxf(-pace, fminf(pace, -morph->pressure[n]));
     }
     return true;
 }
@@ -340,6 +363,13 @@ static bool look_up(const struct morph *morph, struct morph_frame *frame)
 
 static bool measure(struct morph *morph, struct morph_frame *frame)
 {
+    const double voxel = morph->grid.spacing[0], speck = MORPH_SPECK * voxel * voxel * voxel;
+    springls_mesh_free(morph->other, &morph->target_mesh);
+    if (!morph_check(morph->other, springls_extract_mesh(morph->other, &morph->target_mesh), "target")
+        || mesh_drop_specks(morph->target_mesh.positions, morph->target_mesh.vertex_count, morph->target_mesh.triangles,
+                            &morph->target_mesh.triangle_count, speck) < 0) {
+        return false;
+    }
     const springls_view particles = springls_view_particles(morph->ctx);
     float *world = malloc(3 * ((size_t)particles.count + 1) * sizeof *world);
     bool good = world || morph_no_memory();
@@ -350,9 +380,14 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
         springls_to_world(morph->ctx, world, particles.count, world);
     }
     good = good && mean_distance(morph, morph->other, world, particles.count, &frame->distance)
-           && mean_distance(morph, morph->ctx, morph->target.posed, morph->target.mesh.vertex_count, &frame->missing)
+           && mean_distance(morph, morph->ctx, morph->target_mesh.positions, morph->target_mesh.vertex_count, &frame->missing)
            && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && look_up(morph, frame);
     free(world);
+    frame->specks = good ? mesh_drop_specks(frame->mesh.positions, frame->mesh.vertex_count, frame->mesh.triangles,
+                                            &frame->mesh.triangle_count, speck) : 0;
+    if (frame->specks < 0) {
+        return morph_no_memory();
+    }
     const springls_stats stats = springls_get_stats(morph->ctx);
     frame->springls = stats.springls;
     frame->split = stats.split;
@@ -373,7 +408,8 @@ static bool run_frame(struct morph *morph, int f)
     clock[0] = elapsed_seconds();
     bool good = skin_step(morph);
     clock[1] = elapsed_seconds();
-    good = good && pose_target(morph);
+    const float ease = morph->settings.ease > 0 ? fminf(1.0f, (float)f / (float)morph->settings.ease) : 1.0f;
+    good = good && pose_target(morph, ease * morph->settings.pace);
     clock[2] = elapsed_seconds();
     good = good && (f == 0 || contour_steps(morph)); /* the first frame shows the source */
     clock[3] = elapsed_seconds();
@@ -425,9 +461,6 @@ static bool compare_ends(struct morph *morph)
 {
     const struct morph_frame *last = &morph->frames[morph->frame_count - 1];
     const struct surface mine = {last->mesh.positions, (const uint32_t *)last->mesh.triangles, (size_t)last->mesh.triangle_count};
-    if (!morph_check(morph->other, springls_extract_mesh(morph->other, &morph->target_mesh), "target")) {
-        return false;
-    }
     const struct surface target = {morph->target_mesh.positions, (const uint32_t *)morph->target_mesh.triangles,
                                    (size_t)morph->target_mesh.triangle_count};
     return metrics_surface_distances(&mine, &target, 20000, morph->grid.spacing[0], &morph->end) || morph_no_memory();
