@@ -964,9 +964,9 @@ typedef struct springls_chunk {
 } springls_chunk;
 
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.01; negative: nothing, and the chunks are
-                        springls_extract_mesh's mesh to the bit. Springls always move a little, so then most chunks change in
-                        every step                                                                              */
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
+                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
+                        all chunks change in every step                                                         */
     bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
 } springls_chunks_desc;
 
@@ -13862,13 +13862,15 @@ SPRINGLS__FN uint32_t springls__touches(int v)
 
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
-/* Voxels of a listed brick that have left the tolerance are shown as they are now. */
+/* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
+   them. */
 SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
 {
     const springls__chunk_job *job = (const springls__chunk_job *)arg;
     springls_chunks *c = job->chunks;
     const springls__grid *g = &job->ctx->model.grid;
     const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    const uint32_t own = 1u << 13;
     int v;
     for (; begin < end; begin++) {
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
@@ -13881,7 +13883,9 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
             /* far from the surface it moves neither vertices nor normals */
             if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
         }
-        c->touched[begin] = touched;
+        for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
+            if (springls__touches(v) == own) shown[v] = now[v];
+        c->touched[begin] = touched ? touched | own : 0u;
     }
 }
 
@@ -14136,7 +14140,7 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
     if (desc) c->desc = *desc;
-    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.01f : springls__max(c->desc.tolerance, 0.0f);
+    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.05f : springls__max(c->desc.tolerance, 0.0f);
     status = springls__chunks_make(ctx, c);
     if (status == SPRINGLS_OK) *out = c;
     else springls__chunks_free(ctx, c);
@@ -19672,7 +19676,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19676 \"springls.h\"\n",
+    "#line 19680 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20090,7 +20094,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20094 \"springls.h\"\n",
+    "#line 20098 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20289,7 +20293,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20293 \"springls.h\"\n",
+    "#line 20297 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
