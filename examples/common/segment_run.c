@@ -14,9 +14,10 @@
 enum { MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
 
 /* Springls are at rest when fewer than this share of them still moves, with more than this part of the speed at full
- * pressure. Measured on bones and a brain: the share falls from 1 to .05 in 20 steps of a grid, and the volume changes by
- * less than 1 % after it has come below .02. It never becomes 0: parts thinner than a voxel come and go. */
-static const float rest_share = 0.02f, rest_speed = 0.05f;
+ * pressure. Measured on bones and a brain: the share falls from 1 to .05 in 20 steps of a grid. It never becomes 0: parts
+ * thinner than a voxel come and go. What still grows along a thin object, a spine for instance, does so with few springls:
+ * so neither may the volume still change by more than this share between two looks. */
+static const float rest_share = 0.02f, rest_speed = 0.05f, rest_volume = 0.002f;
 
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
 {
@@ -51,7 +52,12 @@ static bool take_frame(struct segment *run)
 
 float segment_fastest(const struct segment *run) { return 1.0f + (float)run->settings.gvf; }
 
-bool segment_at_rest(float moving) { return moving < rest_share; }
+bool segment_at_rest(float moving, double volume, double *before)
+{
+    const double change = fabs(volume - *before);
+    *before = volume;
+    return moving < rest_share && change < (double)rest_volume * volume;
+}
 
 float segment_still(const struct segment *run)
 {
@@ -65,6 +71,21 @@ static bool region_follows(struct segment *run)
         || segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
 }
 
+/* Looks at the share of springls that moves and at the volume: is the contour at rest? */
+static bool look(struct segment *run, struct segment_watch *watch, double *volume)
+{
+    struct segment_result *result = run->result;
+    springls_measures now;
+    if (!segment_watch_look(watch, run->ctx, segment_still(run), &result->moving)) {
+        return segment_no_memory();
+    }
+    if (!segment_check(run->ctx, springls_measure(run->ctx, &now), "measures")) {
+        return false;
+    }
+    result->at_rest = segment_at_rest(result->moving, now.volume, volume);
+    return true;
+}
+
 /* Steps on one grid until the springls are at rest. */
 static bool settle(struct segment *run, struct progress *bar)
 {
@@ -72,7 +93,7 @@ static bool settle(struct segment *run, struct progress *bar)
     struct segment_result *result = run->result;
     struct segment_watch watch;
     springls_step_desc step;
-    const float still = segment_still(run);
+    double volume = 0.0; /* at the last look */
     memset(&watch, 0, sizeof watch);
     memset(&step, 0, sizeof step);
     bool fine = region_follows(run) && segment_forces_update(run);
@@ -92,8 +113,7 @@ static bool settle(struct segment *run, struct progress *bar)
         result->steps++;
         result->springls_mean += (double)springls_count(run->ctx);
         if (fine && s % SEGMENT_LOOK_EVERY == 0) {
-            fine = segment_watch_look(&watch, run->ctx, still, &result->moving) || segment_no_memory();
-            result->at_rest = segment_at_rest(result->moving);
+            fine = look(run, &watch, &volume);
             if (fine && set->region > 0.0 && !result->at_rest && springls_count(run->ctx) > 0) {
                 fine = region_follows(run) && segment_forces_update(run);
             }
