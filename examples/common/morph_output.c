@@ -13,13 +13,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STRIP = 6, MOST_FILM = 400 };
-
-static const float from[3] = {0.45f, 0.12f, 1.0f}, upwards[3] = {0.0f, 1.0f, 0.0f};
+enum { STRIP = 6 };
 
 /* ---- pictures ---- */
 
-static bool draw_mesh(const struct morph *morph, const springls_mesh *mesh, const float *positions, const float *colors, int width,
+static bool draw_mesh(const springls_mesh *mesh, const float *positions, const float *colors, int width,
                       int height, const struct raycast_camera *camera, struct image *image)
 {
     struct raycast_scene scene;
@@ -31,13 +29,13 @@ static bool draw_mesh(const struct morph *morph, const springls_mesh *mesh, cons
     scene.vertex_colors = colors;
     scene.camera = *camera;
     scene.plain = true;
-    (void)morph;
     return raycast_render(&scene, width, height, image);
 }
 
 /* One camera for all frames. */
 static struct raycast_camera film_camera(const struct morph *morph, float aspect)
 {
+    static const float towards[3] = {0.45f, 0.12f, 1.0f}, upwards[3] = {0.0f, 1.0f, 0.0f};
     float corners[24];
     for (int k = 0; k < 8; ++k) { /* of the box around all frames */
         for (int i = 0; i < 3; ++i) {
@@ -48,16 +46,15 @@ static struct raycast_camera film_camera(const struct morph *morph, float aspect
             corners[3 * k + i] = (k >> i) & 1 ? hi[i] : lo[i];
         }
     }
-    return raycast_frame_points(corners, 8, from, upwards, 25.0f, aspect);
+    return raycast_frame_points(corners, 8, towards, upwards, 25.0f, aspect);
 }
 
-static bool write_strip(const struct morph *morph, const struct image *film, int height, const char *path)
+static bool write_strip(const struct morph *morph, const struct image *film, const char *path)
 {
     struct image strip, pictures[STRIP];
     const char *captions[STRIP];
     char names[STRIP][32];
     const int count = morph->frame_count < STRIP ? morph->frame_count : STRIP;
-    (void)height;
     for (int i = 0; i < count; ++i) {
         const int f = count > 1 ? i * (morph->frame_count - 1) / (count - 1) : 0;
         pictures[i] = film[f];
@@ -70,7 +67,7 @@ static bool write_strip(const struct morph *morph, const struct image *film, int
     return good;
 }
 
-static bool write_pictures(const struct morph *morph, const char *out)
+static bool write_film(const struct morph *morph, const char *out)
 {
     const int height = morph->settings.size, width = height * 4 / 5;
     const struct raycast_camera camera = film_camera(morph, (float)width / (float)height);
@@ -82,13 +79,13 @@ static bool write_pictures(const struct morph *morph, const char *out)
     for (int f = 0; good && f < morph->frame_count; ++f) {
         const struct morph_frame *frame = &morph->frames[f];
         snprintf(name, sizeof name, "frame%03d.png", f);
-        good = draw_mesh(morph, &frame->mesh, frame->mesh.positions, frame->colors, width, height, &camera, &film[f])
+        good = draw_mesh(&frame->mesh, frame->mesh.positions, frame->colors, width, height, &camera, &film[f])
                && image_write_png(&film[f], run_path(out, name, path, sizeof path));
         progress_update(&bar, (size_t)f + 1, NULL);
     }
     progress_end(&bar);
     good = good && apng_write(run_path(out, "morph.png", path, sizeof path), film, morph->frame_count, morph->settings.fps)
-           && write_strip(morph, film, height, run_path(out, "strip.png", path, sizeof path));
+           && write_strip(morph, film, run_path(out, "strip.png", path, sizeof path));
     for (int f = 0; film && f < morph->frame_count; ++f) {
         image_free(&film[f]);
     }
@@ -121,7 +118,7 @@ static bool write_sequence(const struct morph *morph, const char *out)
 
 bool morph_write(const struct morph *morph)
 {
-    return write_sequence(morph, morph->settings.common.out) && write_pictures(morph, morph->settings.common.out);
+    return write_sequence(morph, morph->settings.common.out) && write_film(morph, morph->settings.common.out);
 }
 
 /* ---- report ---- */
