@@ -14,7 +14,7 @@ enum { PATH_SIZE = 300 };
 
 /* One section of the page for each kind of step. */
 static const struct {
-    const char *heading, *text, *columns, *pictures[4];
+    const char *heading, *text, *columns, *pictures[5];
 } sections[IMAGING_KINDS] = {
     {"Images", "Made for this run.", "", {NULL}},
     {"Segmentation: active contours of springls",
@@ -30,7 +30,7 @@ static const struct {
      "is the same piece of the body in every frame. Errors are means over all frames; particles: every springl against the exact "
      "motion, where that is known.",
      "Sequence|Frames|Springls|Kept in all frames|Volume, ml|Dice, least|Landmarks, mm|voxels|Particles, mm|voxels|Mode 1|Time, s",
-     {"volume.png", "landmarks.png", "film.png", "modes.png"}},
+     {"volume.png", "landmarks.png", "particles.png", "film.png", "modes.png"}},
     {"Large steps: no CFL limit",
      "One motion in 1, 2, 5 and 20 steps by Algorithm 3, and by level sets without springls. Errors in voxels against the exactly moved "
      "surface.",
@@ -231,7 +231,7 @@ static void show_failure(struct page *page, const struct run *run)
 static void show_pictures(struct page *page, const struct run *run, enum imaging_kind kind)
 {
     char path[2 * PATH_SIZE], source[PATH_SIZE];
-    for (int p = 0; p < 4 && sections[kind].pictures[p]; ++p) {
+    for (int p = 0; p < 5 && sections[kind].pictures[p]; ++p) {
         snprintf(source, sizeof source, "%s/%s", run->name, sections[kind].pictures[p]);
         snprintf(path, sizeof path, "%s/%s", imaging_folder, source);
         if (access(path, R_OK) == 0) {
