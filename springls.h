@@ -46,6 +46,7 @@
      >>coherence            src/coherence.h
      >>run                  src/run.h
      >>stage                src/stage.h
+     >>parts                src/parts.h
      >>constellation        src/constellation.h
      >>grid                 src/grid.h
      >>cells                src/cells.h
@@ -74,8 +75,12 @@
      >>set_mesh             src/set_mesh.h
      >>query                src/query.h
      >>read                 src/read.h
+     >>attributes           src/attributes.h
+     >>material             src/material.h
      >>isosurface           src/isosurface.h
      >>measure              src/measure.h
+     >>chunks               src/chunks.h
+     >>snapshot             src/snapshot.h
      >>kernel_source        src/kernel_source.h
      >>context              src/context.h
 */
@@ -447,9 +452,14 @@
   #define springls_unsigned_to_signed SPRINGLS__NAME(springls_unsigned_to_signed)
   #define springls_track SPRINGLS__NAME(springls_track)
   #define springls_step SPRINGLS__NAME(springls_step)
+  #define springls_step_begin SPRINGLS__NAME(springls_step_begin)
+  #define springls_step_continue SPRINGLS__NAME(springls_step_continue)
+  #define springls_step_in_progress SPRINGLS__NAME(springls_step_in_progress)
   #define springls_run SPRINGLS__NAME(springls_run)
   #define springls_time SPRINGLS__NAME(springls_time)
   #define springls_set_time SPRINGLS__NAME(springls_set_time)
+  #define springls_snapshot SPRINGLS__NAME(springls_snapshot)
+  #define springls_restore SPRINGLS__NAME(springls_restore)
   #define springls_count SPRINGLS__NAME(springls_count)
   #define springls_view_vertices SPRINGLS__NAME(springls_view_vertices)
   #define springls_view_particles SPRINGLS__NAME(springls_view_particles)
@@ -461,12 +471,30 @@
   #define springls_extract_mesh SPRINGLS__NAME(springls_extract_mesh)
   #define springls_extract_soup SPRINGLS__NAME(springls_extract_soup)
   #define springls_mesh_free SPRINGLS__NAME(springls_mesh_free)
+  #define springls_chunks_create SPRINGLS__NAME(springls_chunks_create)
+  #define springls_chunks_destroy SPRINGLS__NAME(springls_chunks_destroy)
+  #define springls_chunks_update SPRINGLS__NAME(springls_chunks_update)
   #define springls_copy_level_set SPRINGLS__NAME(springls_copy_level_set)
   #define springls_sample_distance SPRINGLS__NAME(springls_sample_distance)
   #define springls_sample_gradient SPRINGLS__NAME(springls_sample_gradient)
   #define springls_inside SPRINGLS__NAME(springls_inside)
   #define springls_closest SPRINGLS__NAME(springls_closest)
   #define springls_raycast SPRINGLS__NAME(springls_raycast)
+  #define springls_add_attribute SPRINGLS__NAME(springls_add_attribute)
+  #define springls_remove_attribute SPRINGLS__NAME(springls_remove_attribute)
+  #define springls_attribute_count SPRINGLS__NAME(springls_attribute_count)
+  #define springls_describe_attribute SPRINGLS__NAME(springls_describe_attribute)
+  #define springls_find_attribute SPRINGLS__NAME(springls_find_attribute)
+  #define springls_set_attribute SPRINGLS__NAME(springls_set_attribute)
+  #define springls_view_attribute SPRINGLS__NAME(springls_view_attribute)
+  #define springls_mesh_attribute SPRINGLS__NAME(springls_mesh_attribute)
+  #define springls_get_confidence SPRINGLS__NAME(springls_get_confidence)
+  #define springls_springl_materials SPRINGLS__NAME(springls_springl_materials)
+  #define springls_mesh_materials SPRINGLS__NAME(springls_mesh_materials)
+  #define springls_corner_materials SPRINGLS__NAME(springls_corner_materials)
+  #define springls_find_seams SPRINGLS__NAME(springls_find_seams)
+  #define springls_lookup SPRINGLS__NAME(springls_lookup)
+  #define springls_material_count SPRINGLS__NAME(springls_material_count)
   #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_get_stats SPRINGLS__NAME(springls_get_stats)
   #define springls_measure SPRINGLS__NAME(springls_measure)
@@ -493,7 +521,8 @@ typedef enum springls_status {
     SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
                                        ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
                                        the model could not be brought back: then it is empty                             */
-    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid; the model is as it was            */
 } springls_status;
 
 /* A constant English phrase for any status; never NULL. */
@@ -834,11 +863,45 @@ typedef struct springls_step_desc {
    the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
+/* The same step in as many calls as you like, for a budget a frame: springls_step is the two of them without a limit, and the
+   bits are the same however a step is cut. _begin checks and notes; *step and *step->forces are copied, but what the forces
+   point to (user, data) is borrowed until the step is done, and callbacks come in _continue only.
+   _continue works for about `seconds` by trace.now (without it: see springls_trace; C's processor time counts all threads
+   together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
+   fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
+   A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
+   Between the calls the model is on its way: counts, views, ids, sample_*, inside, closest, raycast, surfels and the soup
+   tell what is there now, springls that have moved and a level set that may not have followed yet (in SPRINGLS_ELASTIC steps
+   it may be half made). springls_set_*, _reset and _restore drop the step with the model. Every other call that changes the
+   model, or wants it whole (a stage, a step, parameters, time, mask, reference, max_speed, meshes, chunks, measures, snapshots),
+   ends the step first, however long that takes, and returns its failure if it has one. */
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
+SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
+
 /* `steps` steps with progress reports. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
 SPRINGLS_API double springls_time(const springls_context *ctx);
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
+
+/* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
+
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
+   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
+   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+typedef enum springls_snapshot_kind {
+    SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
+                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+                               this context, or one that a block with all has been restored to                 */
+} springls_snapshot_kind;
+
+/* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+
+/* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
 
 /* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
 
@@ -881,6 +944,35 @@ SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, spring
 
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
 
+/* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
+   chunks meet each has its vertices, with the same bits, so that together they are watertight. */
+typedef struct springls_chunk {
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
+    float *positions;        /* 3 a vertex, world                                                               */
+    float *normals;          /* 3 a vertex, unit, outward                                                       */
+    float *correspondences;  /* 3 a vertex, world; NULL without desc.material                                   */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX: none within a voxel; NULL likewise */
+    uint16_t *triangles;     /* 3 a triangle, numbers of the chunk's vertices, counter-clockwise seen from outside */
+} springls_chunk;
+
+typedef struct springls_chunks_desc {
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.01; negative: nothing, and the chunks are
+                        springls_extract_mesh's mesh to the bit. Springls always move a little, so then most chunks change in
+                        every step                                                                              */
+    bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
+} springls_chunks_desc;
+
+/* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
+typedef struct springls_chunks springls_chunks;
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
+
+/* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
+   all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
+   within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
+
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
@@ -913,6 +1005,91 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
    vectors; a direction of no length hits nothing. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
+
+/* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
+
+/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They belong to
+   the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them nothing about the
+   model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+typedef enum springls_policy {
+    SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
+                       one that stays keeps its own. For labels                                                     */
+    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative and add
+                       up to 1, and that are exact, where that is possible, for functions linear in the correspondence. merge: mean
+                       of the two, weighted by area. For what is continuous                                         */
+    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if there is
+                       one within 2.5 voxels. For amounts, whose sum is to last                                     */
+} springls_policy;
+
+#define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
+#define SPRINGLS_MAX_CHANNELS 1024   /* an attribute                   */
+#define SPRINGLS_MAX_NAME 31         /* characters of a name, from 1 on */
+
+typedef struct springls_attribute_desc {
+    const char *name; /* of this model's attributes no other has it */
+    int channels;     /* floats a springl                           */
+    springls_policy split, fill, merge;
+} springls_attribute_desc;
+
+/* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values,
+                                                    int *index);
+/* Those behind it have numbers smaller by one then. */
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
+/* name points into the context, until an attribute is removed. INVALID_ARGUMENT: there is no such number. */
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name); /* -1: none of that name */
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
+
+/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels` floats a
+   vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
+
+/* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
+typedef enum springls_kind {
+    SPRINGLS_ORIGINAL, /* of the input: exact but for the error of advection           */
+    SPRINGLS_SPLIT,    /* part of one: interpolated between neighbours                 */
+    SPRINGLS_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+} springls_kind;
+typedef struct springls_confidence {
+    springls_kind kind;
+    int age;             /* steps since it was last given its place: by input, split or fill      */
+    uint32_t generation; /* see springls_generations                                              */
+    uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
+} springls_confidence;
+SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out); /* one a springl */
+
+/* ---- >>material: places on the original surface ---------------------------------------------------------------- */
+
+/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and ask for
+   the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls; -1: none. */
+typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
+
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
+/* One a vertex of an extracted mesh. */
+SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
+
+/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one side of
+   every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a seam
+   (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before it. */
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
+                                                       springls_material *out);
+
+/* Which triangles meet at their edges: where the two corners at either end agree in their position and in their `channels` values
+   (channels = 2 for texture coordinates; values may be NULL with 0). values: one row a corner. neighbors: 3 a triangle. */
+SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
+                                                 const int *triangles, int triangle_count, const float *values, int channels,
+                                                 int *neighbors);
+
+/* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
+   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the arrays. */
+SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+                                             const int *triangles, int triangle_count, float *out);
+
+/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
+SPRINGLS_API int springls_material_count(const springls_context *ctx);
 
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */
 
@@ -1264,11 +1441,18 @@ typedef struct springls__constellation {
     SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
     SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */
     SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
+    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
+    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
     SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
     SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */
     int count, at_edges; /* at_edges: how many lie at a sharp edge */
-    uint32_t next_id;
+    uint32_t next_id, step; /* step: of the model, modulo 2^30 */
 } springls__constellation;
+
+/* Kinds of springls: springls_kind of the interface. */
+#define SPRINGLS__ORIGINAL 0u
+#define SPRINGLS__SPLIT 1u
+#define SPRINGLS__FILLED 2u
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
@@ -1349,8 +1533,10 @@ typedef struct springls__model {
 
 /* All arrays: name, element, elements that belong together, place in the model. */
 #define SPRINGLS__ARRAYS(X)                                                                                                       \
-    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \
-    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \
+    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
+    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
+    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \
+    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
     X(WAS, springls__v3, 1, set.was)                                                                                              \
     X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
     X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
@@ -1374,9 +1560,9 @@ typedef struct springls__packed {
     uint32_t id, generation;
     int32_t part;
     float phi;
-    uint32_t mask, edge;
+    uint32_t mask, edge, parent, birth;
 } springls__packed;
-#define SPRINGLS__PACKED_WORDS 28
+#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -1418,6 +1604,8 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { ret
 /* Does springl i lie at a sharp edge that is to be kept? */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
 
+SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
+
 /* A new springl in place i, at or beyond `count`: its id follows from the place. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
@@ -1428,6 +1616,8 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     model->set.mask[i] = mask;
     model->set.part[i] = -1;
     model->set.edge[i] = 0;
+    model->set.parent[i] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);
     model->set.phi[i] = 0.0f;
     model->set.was[i] = s.p;
 }
@@ -1449,7 +1639,7 @@ SPRINGLS__MATHS void springls__way_element(const springls__model *model, springl
 /* The model's numbers, as kernels are given them. */
 typedef struct springls__shape {
     int size[3], bricks[3], springls, at_edges;
-    uint32_t next_id;
+    uint32_t next_id, step;
     int active_count, free_count, slot_count, large_count;
     float far_value, reference_far_value, reach;
 } springls__shape;
@@ -1465,6 +1655,7 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
     shape.springls = model->set.count;
     shape.at_edges = model->set.at_edges;
     shape.next_id = model->set.next_id;
+    shape.step = model->set.step;
     shape.active_count = model->grid.active_count;
     shape.free_count = model->grid.free_count;
     shape.slot_count = model->grid.slot_count;
@@ -1485,6 +1676,7 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->set.count = shape.springls;
     model->set.at_edges = shape.at_edges;
     model->set.next_id = shape.next_id;
+    model->set.step = shape.step;
     model->grid.active_count = shape.active_count;
     model->grid.free_count = shape.free_count;
     model->grid.slot_count = shape.slot_count;
@@ -1563,7 +1755,8 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
     bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
-        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
     } else if (inner) {
@@ -1579,9 +1772,12 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
 {
     float c = springls__grid_sample(g, phi, x);
     float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
-    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
-    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
-    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
+    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
+    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
+    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
@@ -1589,21 +1785,26 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
 SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
-    return springls__v3_make(
-        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
+    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
+                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
+                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
 }
 
 /* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
 #define SPRINGLS__TILE 10
 #define SPRINGLS__TILE_VOXELS 1000
 
-SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
+SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
+{
+    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
+}
 
 /* Each item of a group loads some of its rows; it is there for all when this returns. */
-SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,
-                                         SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
+                                         springls__group group, SPRINGLS__LOCAL float *tile)
 {
     int o[3], row, x;
     bool border;
@@ -1667,8 +1868,8 @@ typedef struct springls__wide_tile {
 
 /* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
    items must. */
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,
-                                              bool wanted, springls__wide_tile *tile)
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                              springls__group group, bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
     int x, row;
@@ -1720,7 +1921,10 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
 }
 
 
-SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }
+SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
+{
+    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
+}
 
 /* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])
@@ -1786,7 +1990,8 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
 }
 
 /* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])
+SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
+                                              float margin, int lo[3], int hi[3])
 {
     springls__v3 lower, upper;
     lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
@@ -1815,7 +2020,8 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 
 
 /* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
+                                             SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;
@@ -1871,17 +2077,6 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* The range of bricks within `margin` of p, as far as there are any. */
-SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
-{
-    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
-}
-
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
@@ -1891,7 +2086,8 @@ typedef struct springls__cell_walk {
     int large;
 } springls__cell_walk;
 
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
+                                                              springls__v3 upper)
 {
     springls__cell_walk walk;
     const springls__grid *g = &model->grid;
@@ -1941,12 +2137,13 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 /* All springls whose particle may lie within r of x, and some more. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
-    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
+                                     springls__v3_make(x.x + r, x.y + r, x.z + r));
 }
 
 /* All springls of which some point may lie within `radius` of the box. */
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,
-                                                            float radius)
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
+                                                               springls__v3 upper, float radius)
 {
     float r = radius + model->cells.reach;
     return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
@@ -1976,7 +2173,8 @@ SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
-            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+            if (cell[4] > cell[0])
+                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
     return reach;
 }
 
@@ -2080,7 +2278,8 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
 /* A sampled field: from the model's voxels to its own samples. */
 typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
 
-SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)
+SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,
+                                            float *out)
 {
     const float *m = field->from_voxel;
     float f[3], corner[8];
@@ -2098,7 +2297,8 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
             size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
             size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
             size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
-            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
+            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels
+                             + (size_t)channel];
         }
         out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
     }
@@ -2108,9 +2308,12 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
 SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
 {
     float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
+    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
@@ -2132,7 +2335,8 @@ typedef struct springls__force_rule {
 SPRINGLS__USER_VELOCITY
 
 /* sigma of eq. 1. */
-SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)
+SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                               float time)
 {
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -2148,14 +2352,16 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
 }
 
 /* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)
+SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                              springls__v3 n, springls__v3 out)
 {
     float rho;
     if (rule->pressure.channels != 0) {
         springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
-    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+    if (rule->curvature_weight != 0.0f)
+        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
     return out;
 }
 
@@ -2165,7 +2371,8 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
 /* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
-SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)
+SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
+                                                     springls__movers at, float time)
 {
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
@@ -2190,7 +2397,8 @@ SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springl
     return at;
 }
 
-SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)
+SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
+                                                           springls__movers at)
 {
     springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
     int m;
@@ -2880,7 +3088,8 @@ SPRINGLS__MATHS float springls__project_weight(float d2)
 
 /* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
    then it is of another sheet. */
-SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)
+SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,
+                                                        springls__v3 facing)
 {
     float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
     if (springls__dot(facing, s.n) <= 0.4f) return sum;
@@ -2937,11 +3146,17 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }
+SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)
+{
+    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+}
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
    its old value in it. */
-SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }
+SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)
+{
+    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
+}
 
 SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
 
@@ -3082,7 +3297,9 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;
+    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
+                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
+                 e2;
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
@@ -3105,7 +3322,8 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
    other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
    that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                     int count, float narrow, int certain)
 {
     const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
@@ -3128,7 +3346,9 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, cons
         int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
         for (s = 0; s < sides.count; s++) {
             float along = springls__dot(n[i], sides.normal[s]);
-            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
+            lies = lies
+                   || (along > 0.3f
+                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
             away = away && along < SPRINGLS__AWAY;
         }
         if (lies) total += weight[i];
@@ -3198,7 +3418,8 @@ SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *cro
 }
 
 /* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
-SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)
+SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,
+                                            springls__crowd *crowd)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
@@ -3219,8 +3440,8 @@ SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, spring
 }
 
 /* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
-                                                     int self)
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,
+                                                        springls__v3 x, springls__v3 a0, int self)
 {
     springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
     springls__fit_result result;
@@ -3239,8 +3460,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *c
 /* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
    is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
    ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
-                                                   springls__v3 a0, int self, int ways, int at_least)
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,
+                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
 {
     const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
     springls__fit_result fit[SPRINGLS__SIDES], result;
@@ -3275,8 +3496,8 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *cr
 }
 
 /* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
-SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
-                                          springls__fit_result *result)
+SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
+                                             int known, springls__fit_result *result)
 {
     springls__crowd crowd;
     springls__sides sides;
@@ -3408,7 +3629,8 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
     const springls__grid *g = &model->reference;
     int i;
     for (i = 0; i < model->params.track_iterations; i++)
-        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);
+        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),
+                                   model->params.track_step);
     return a;
 }
 
@@ -3436,7 +3658,8 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
         int other, count = 0;
         while ((other = springls__cell_walk_next(&walk)) >= 0) {
             float d2;
-            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */
+            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
+                continue; /* the far sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
             sum = springls__add(sum, model->set.a[other]);
@@ -3454,7 +3677,8 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
 }
 
 /* The quadratic fit at x over the particles around, springls before `known` only. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                      springls__v3 a0, int known)
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
@@ -3476,7 +3700,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     result = springls__fit_end(fit);
     if (!result.ok) return result;
     /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
+    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
+                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
                                  springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
     return result;
@@ -3570,19 +3795,23 @@ SPRINGLS__MATHS void springls__split_element(const springls__model *model, sprin
     halves[2u * at + 1u] = springls__child_of(model, i, 1);
 }
 
-/* The first half takes the parent's place, the second goes behind all that were there. */
+/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
 {
     SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);
     springls__half first, second;
+    int n = model->set.count + (int)at;
     if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
     first = halves[2u * at];
     second = halves[2u * at + 1u];
     model->set.generation[i]++;
-    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);
-    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    model->set.was[n] = springls__sub(second.s.p, moved);
+    model->set.parent[n] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
+    model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
     model->set.was[i] = springls__sub(first.s.p, moved);
@@ -3601,7 +3830,8 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,
+                                                   SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
@@ -3615,7 +3845,8 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     nearest[group.item] = least;
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+    if (group.item == 0)
+        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -3665,7 +3896,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
@@ -3687,13 +3919,15 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
 /* Is the background beside a block of b^3 voxels? */
 SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
 {
-    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)
-        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
+           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
+           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
 /* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
    of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,
+                                            SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
@@ -3777,7 +4011,8 @@ SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t vo
 }
 
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,
+                                                 SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;
@@ -3979,7 +4214,10 @@ SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
    neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
 #define SPRINGLS__NEAR 0.577f
 
-SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }
+SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)
+{
+    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;
+}
 
 /* First guess for a voxel that gets its distance from its neighbours: it is not near. */
 SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
@@ -4018,7 +4256,8 @@ SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, f
 SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
+                                                SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4030,7 +4269,8 @@ SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, sp
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4059,8 +4299,8 @@ SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi,
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =
-        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(
+        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 
 /* ======== >>project_brick  (kernels_embed/project_brick.h) ===================================================== */
@@ -4088,7 +4328,9 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 /* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
-typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
+typedef struct springls__near_ranges {
+    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+} springls__near_ranges;
 
 SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
 {
@@ -4108,7 +4350,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
             for (x = -8; x <= 8; x += 8) {
                 int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
                 SPRINGLS__GLOBAL const uint32_t *cell;
-                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])
+                    continue;
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
@@ -4128,7 +4371,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */
+#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
@@ -4148,7 +4391,8 @@ SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 of
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
 /* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out);
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
@@ -4159,7 +4403,8 @@ SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x 
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 /* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
+                                            bool nearest, SPRINGLS__LOCAL float *sums)
 {
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int y0, y1, z0, z1, y, z;
@@ -4182,8 +4427,8 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
 }
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. */
-SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                            SPRINGLS__LOCAL float *sums)
+SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
+                                               const int origin[3], SPRINGLS__LOCAL float *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k, v;
@@ -4194,9 +4439,11 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
             for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
         }
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, true, sums);
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, false, sums);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -4211,7 +4458,8 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
 }
 
 /* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)
+SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                               springls__v3 x, float *phi)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -4235,7 +4483,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 }
 
 /* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
-SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
+SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
+                                             springls__v3 normal)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k;
@@ -4244,7 +4493,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
+                return true;
         }
     return false;
 }
@@ -4252,9 +4502,9 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
    thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
    thread may break. */
-SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,
-                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,
-                                           float phi)
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
+                                              const springls__wide_tile *tile, const int origin[3], int v,
+                                              springls__moments sum, bool carry, bool at_edge, float phi)
 {
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
@@ -4264,14 +4514,16 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
 }
 
 /* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
+                                               SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__LOCAL float *sums = memory;
@@ -4294,7 +4546,8 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
             if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
+                                                 phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
                 out[v] = springls__doubtful(phi[v], g->far_value);
                 *in_doubt = 1;
@@ -4312,7 +4565,8 @@ SPRINGLS__MATHS void springls__settle_element(const springls__model *model, spri
     int row, v;
     if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+        if (in_doubt)
+            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             if (!in_doubt) out[v] = from[v];
             else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);
@@ -4648,10 +4902,12 @@ SPRINGLS__MATHS void springls__plant_element(const springls__model *model, sprin
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
     springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    int n = model->set.count + (int)at;
     springls__tri t;
     if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
-    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    model->set.parent[n] = model->set.id[i];
 }
 
 /* ======== >>fill_gaps  (kernels_embed/fill_gaps.h) ============================================================= */
@@ -5305,14 +5561,16 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
     springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
                                                                 springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
                                             springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    springls__vec edges = springls__vec_min(
+        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
     return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
 }
 
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -5329,8 +5587,8 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -5371,7 +5629,8 @@ SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__v
 }
 
 /* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                           float step, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
     springls__vmask inside = springls__vec_abs(v.c) <= width;
@@ -5388,7 +5647,8 @@ SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPR
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -5396,12 +5656,14 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
 
 SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
 {
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
+                             springls__vec_min(v.zm, v.zp));
 }
 
 SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
 {
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
+                             springls__vec_max(v.zm, v.zp));
 }
 
 SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
@@ -5421,7 +5683,8 @@ SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__v
 
 SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
 {
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)
+                       + springls__slope2_lanes(v.zm, v.c, v.zp);
     springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
     springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
     return v.c / (1.0f + share * excess);
@@ -5471,7 +5734,8 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))
+            * (1.0f / 3.0f);
     d = springls__vec_select(one > b, two, one);
     return springls__vec_select(d > c, three, d);
 }
@@ -5485,7 +5749,8 @@ SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi,
     springls__vec d = springls__vec_all(far_value);
     springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
     if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
+        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }
@@ -5543,8 +5808,9 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
+                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
@@ -5567,7 +5833,8 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -5579,8 +5846,9 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
             continue;
         }
         v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
-            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)
+              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)
+              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
         nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
                                                       springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
                                     springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
@@ -5612,7 +5880,8 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
 
 #ifndef SPRINGLS__LANES
 
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,
+                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
 {
     int e, m;
     for (m = 0; m < 3; m++) {
@@ -5628,7 +5897,8 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5639,18 +5909,20 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     int i;
     for (i = 0; i < 8; i++) {
         springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
         float within = omega[i] + 0.5f + reach;
-        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
+        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)
+            side[i] += springls__side(*plan, at);
     }
 }
 
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -5730,13 +6002,16 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 {
     int i;
     for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
+        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],
+                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],
+                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
         springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
         springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
@@ -5878,10 +6153,20 @@ typedef struct springls__surface {
     springls__bvh_node *nodes;
     springls__dipole *dipoles; /* one a node; NULL until asked for                                              */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
-    int count, node_count;
+    int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
+
+enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__HEIRS, SPRINGLS__ATTRIBUTE_BUFFERS };
+
+/* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
+typedef struct springls__attribute {
+    char name[SPRINGLS_MAX_NAME + 1];
+    int channels;
+    springls_policy split, fill, merge;
+    springls__buffer values;
+} springls__attribute;
 
 /* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
 struct springls_backend {
@@ -5911,6 +6196,62 @@ struct springls_backend {
     springls_status (*settle_regions)(springls_context *ctx);
 };
 
+typedef springls_status (*springls__stage_fn)(springls_context *ctx);
+
+/* A run of a kernel here. */
+typedef struct springls__range_job { const springls_context *ctx; const struct springls__kernel_facts *kernel; springls__job job; } springls__range_job;
+
+/* A loop that is run in pieces; pace: seconds that an element of the last one took. */
+typedef struct springls__pieces {
+    springls_task task;
+    void *arg;
+    int next, count, grain;
+    double pace;
+    springls__range_job kernel;
+} springls__pieces;
+
+/* The stage at work, and how far it has come (parts.h). */
+typedef struct springls__work {
+    springls__stage_fn stage;
+    int part, turn;         /* the next part; how often one has been done again                                 */
+    bool more;
+    float number;           /* what parts tell each other                                                       */
+    springls__pieces loop;
+} springls__work;
+
+/* What advect is to do, does and has done. */
+typedef struct springls__motion {
+    springls_context *ctx;
+    springls_forces forces;
+    bool stop_at_topology;
+    float time, dt, most;   /* most: the way that no particle goes beyond, voxels; 0: any                       */
+    int tries;
+    springls__force_rule rule;
+    float affine_weight;
+    springls__movers *displacement;
+    struct springls__block_motion *blocks;
+    float moved;            /* how far the fastest goes; negative: not finite                                   */
+    int moving;
+} springls__motion;
+
+/* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
+typedef struct springls__row { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__row;
+
+/* The step in progress (step.h). */
+typedef struct springls__stepping {
+    const springls__row *row; /* the next one                                                            */
+    double seconds;         /* that the stage at work has taken so far                                          */
+    bool active;
+    int stage;              /* at work, or -1                                                                   */
+    springls_step_desc desc;
+    springls_forces forces;
+    double end;             /* time when the step will be over                                                  */
+    float left, part;       /* of dt: to come, and of that as much as the force may permit at once              */
+    int parts;
+    bool resample, afresh;  /* this sub-step resamples; phi is made afresh of the springls                      */
+    int iterations;         /* of evolve and rebuild, to come                                                   */
+} springls__stepping;
+
 struct springls_context {
     springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
@@ -5919,7 +6260,11 @@ struct springls_context {
     springls__model model;
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
     springls__surface original;
+    uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
+    springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
+    int attribute_count;
+    springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of attributes.h            */
     springls__buffer locked_memory; /* doubles: the volumes that components are to have, params.volume_lock     */
     int locked_count;       /* 0: not known yet                                                                 */
     int neighbors_age;      /* steps since they were found; negative: never, or springls have come or gone       */
@@ -5932,6 +6277,9 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
+    springls__work work;
+    springls__motion motion;
+    springls__stepping step;
     bool cells_fresh, omega_fresh, model_fresh; /* false after anything that moves springls                     */
     size_t memory_used;
     char error[256];
@@ -6070,7 +6418,7 @@ SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index,
     return SPRINGLS_OK;
 }
 
-/* Two arrays of one size change places. */
+/* Two arrays of one element size change places, with their memory here and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];
@@ -6298,10 +6646,14 @@ SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, s
 }
 
 /* One edge for each lane: where it starts, its vector, 1 / length^2, and whether it is there. */
-typedef struct springls__edges_lanes { float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES]; int there[SPRINGLS__LANES]; } springls__edges_lanes;
+typedef struct springls__edges_lanes {
+    float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES];
+    int there[SPRINGLS__LANES];
+} springls__edges_lanes;
 
 /* Edges codes[stride * lane]; a lane without one (-1) gets an edge of springl `instead`, of no effect. */
-SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes, int stride, int instead)
+SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes,
+                                          int stride, int instead)
 {
     int lane, axis, some = 0;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
@@ -6323,8 +6675,8 @@ SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const sp
 }
 
 /* springls__vertex_force of one vertex of each springl. */
-SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all, springls__vec3 q,
-                                                        const int *rows, int stride, int instead)
+SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all,
+                                                           springls__vec3 q, const int *rows, int stride, int instead)
 {
     springls__vec3 c = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f)), a, ab, d;
     springls__vec x, s, zero = c.x;
@@ -6353,7 +6705,11 @@ SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule 
 }
 
 /* An axis, and the sine and cosine of the angle about it. */
-typedef struct springls__turn_lanes { springls__vec3 axis; springls__vec sine, cosine; springls__vmask some; } springls__turn_lanes;
+typedef struct springls__turn_lanes {
+    springls__vec3 axis;
+    springls__vec sine, cosine;
+    springls__vmask some;
+} springls__turn_lanes;
 
 SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
 {
@@ -6368,9 +6724,10 @@ SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
 
 SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const springls__turn_lanes *turn)
 {
-    springls__vec3 r = springls__vec3_add(springls__vec3_add(springls__vec3_scale(v, turn->cosine),
-                                                             springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
-                                          springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
+    springls__vec3 r = springls__vec3_add(
+        springls__vec3_add(springls__vec3_scale(v, turn->cosine),
+                           springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
+        springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
     r.x = springls__vec_select(turn->some, r.x, v.x);
     r.y = springls__vec_select(turn->some, r.y, v.y);
     r.z = springls__vec_select(turn->some, r.z, v.z);
@@ -6378,8 +6735,8 @@ SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const spr
 }
 
 /* springls__relax_springl of springls first, first + 1, ... `lanes` of them; idle lanes repeat the last. */
-SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first, int lanes,
-                                          springls__springl *next)
+SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first,
+                                          int lanes, springls__springl *next)
 {
     float record[16][SPRINGLS__LANES];
     springls__vec3 p, q[3], g[3], spring[3], turning = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f));
@@ -6498,7 +6855,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY || array == SPRINGLS__ARRAY_NEIGHBORS)
+    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
+        || array == SPRINGLS__ARRAY_NEIGHBORS)
         used = (size_t)m->set.count;
     else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
         used = (size_t)m->grid.slot_count;
@@ -6533,7 +6891,8 @@ SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
     }
     ctx->backend = NULL;
     ctx->on_device = false;
-    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error, ctx->lost ? ", the model is lost" : "");
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error,
+                                         ctx->lost ? ", the model is lost" : "");
     return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
 }
 
@@ -6554,7 +6913,8 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
-        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK) return springls__leave_backend(ctx);
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
+            return springls__leave_backend(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
@@ -6567,7 +6927,8 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
-            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
+                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
@@ -6580,11 +6941,12 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
-    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK) return SPRINGLS_OK;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
+        return SPRINGLS_OK;
     return springls__leave_backend(ctx);
 }
 
-/* Stages run on the device ... */
+/* From now on kernels run on the device, where there is one: for stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
 /* Whatever the device has is of no use any more. */
@@ -6613,11 +6975,25 @@ SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_stat
     return status;
 }
 
-/* ... inputs and queries here. */
+/* Working memory of stages: what it holds is of no use to whoever comes after them. */
+#define SPRINGLS__WORK_BITS                                                                                                      \
+    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
+     SPRINGLS__BIT(BRICK_LIST) | SPRINGLS__BIT(SPARE))
+
+SPRINGLS__FN void springls__forget_work(springls_context *ctx)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (SPRINGLS__WORK_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+}
+
+/* From now on they run here, on all of the model: for inputs and queries. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0));
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
+    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
 
 /* ======== >>run  (src/run.h) =================================================================================== */
@@ -6639,8 +7015,6 @@ static const springls__kernel_facts springls__kernels[] = {
 #undef SPRINGLS__BRICK_FACTS
 };
 
-typedef struct springls__range_job { const springls_context *ctx; const springls__kernel_facts *kernel; springls__job job; } springls__range_job;
-
 SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 {
     const springls__range_job *run = (const springls__range_job *)arg;
@@ -6653,15 +7027,19 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
     return ctx->backend->run(ctx, (int)kernel, count, job);
 }
 
-/* What the device cannot do is done here. */
+/* Has the device done it? What it cannot do is done here. */
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    if (!ctx->on_device) return false;
+    if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return true;
+    springls__leave_backend(ctx);
+    return false;
+}
+
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
-    if (count <= 0 || ctx->lost) return;
-    if (ctx->on_device) {
-        if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return;
-        springls__leave_backend(ctx);
-    }
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run.ctx = ctx;
     run.kernel = &springls__kernels[kernel];
@@ -6761,27 +7139,157 @@ SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stag
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
 }
 
-/* Runs one stage under its clock: the body of every public stage call. */
-SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage,
-                                              springls_status (*run)(springls_context *))
-{
-    springls_status status;
-    double started;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    started = springls__stage_begin(ctx, stage);
-    springls__use_device(ctx);
-    ctx->calls++;
-    status = run(ctx);
-    ctx->calls--;
-    springls__stage_end(ctx, stage, started);
-    return springls__told(ctx, status);
-}
-
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
                                                              "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
+}
+
+/* ======== >>parts  (src/parts.h) =============================================================================== */
+/* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
+   ctx->work.part, does that part and says by springls__then which one follows, or nothing when it is done. A part ends with at
+   most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
+   ctx->work. A stage that knows no parts is one. */
+
+/* For the end of a part: another one follows. */
+SPRINGLS__FN springls_status springls__then(springls_context *ctx, int part)
+{
+    ctx->work.part = part;
+    ctx->work.more = true;
+    return SPRINGLS_OK;
+}
+
+/* ... all of another stage follows. */
+SPRINGLS__FN springls_status springls__then_stage(springls_context *ctx, springls__stage_fn stage)
+{
+    ctx->work.stage = stage;
+    ctx->work.turn = 0;
+    return springls__then(ctx, 0);
+}
+
+/* The step in progress, if any, is ended first by whatever changes the model or wants its working memory. */
+SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx);
+
+/* ---- loops in pieces ---- */
+
+/* The loop that a part ends with. */
+SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    loop->task = task;
+    loop->arg = arg;
+    loop->grain = grain;
+    loop->count = count;
+    loop->next = 0;
+    loop->pace = 0.0;
+}
+
+/* ... over a kernel. A device does it whole, and meanwhile the host goes on. */
+SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
+    ctx->work.loop.kernel.ctx = ctx;
+    ctx->work.loop.kernel.kernel = &springls__kernels[kernel];
+    ctx->work.loop.kernel.job = job;
+    springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
+}
+
+SPRINGLS__FN bool springls__in_loop(const springls_context *ctx) { return ctx->work.loop.next < ctx->work.loop.count; }
+
+SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
+{
+    const springls__pieces *loop = (const springls__pieces *)arg;
+    loop->task(loop->arg, loop->next + begin, loop->next + end);
+}
+
+SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    if (!springls__in_loop(ctx)) return;
+    springls__parallel(ctx, loop->count - loop->next, loop->grain, springls__piece_task, loop);
+    loop->next = loop->count;
+}
+
+/* Ranges of a smallest piece: some for each of a few threads. */
+enum { SPRINGLS__PIECE_GRAINS = 4 };
+
+/* As much of the loop as takes half of what is left of the time, at the pace so far. */
+SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    double now = springls__now(ctx), fits = loop->pace > 0.0 ? 0.5 * (until - now) / loop->pace : 0.0;
+    int least = SPRINGLS__PIECE_GRAINS * loop->grain, rest = loop->count - loop->next, n = least;
+    if (fits > (double)least) n = fits < (double)rest ? (int)fits / loop->grain * loop->grain : rest;
+    n = springls__imin(n, rest);
+    springls__parallel(ctx, n, loop->grain, springls__piece_task, loop);
+    loop->next += n;
+    loop->pace = (springls__now(ctx) - now) / (double)n;
+}
+
+/* Would the next piece take longer than there is? */
+SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
+{
+    const springls__pieces *loop = &ctx->work.loop;
+    double next = springls__in_loop(ctx) ? loop->pace * (double)(SPRINGLS__PIECE_GRAINS * loop->grain) : 0.0;
+    return !(springls__now(ctx) + next < until);
+}
+
+/* ---- stages in parts ---- */
+
+SPRINGLS__FN void springls__begin_stage(springls_context *ctx, springls__stage_fn stage)
+{
+    memset(&ctx->work, 0, sizeof ctx->work);
+    springls__then_stage(ctx, stage);
+}
+
+SPRINGLS__FN bool springls__stage_done(const springls_context *ctx) { return !ctx->work.more && !springls__in_loop(ctx); }
+
+SPRINGLS__FN springls_status springls__run_part(springls_context *ctx)
+{
+    ctx->work.more = false;
+    return ctx->work.stage(ctx);
+}
+
+/* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
+SPRINGLS__FN springls_status springls__go_on(springls_context *ctx, const double *until)
+{
+    while (!springls__stage_done(ctx)) {
+        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_part(ctx));
+        else if (until) springls__run_piece(ctx, *until);
+        else springls__finish_loop(ctx);
+        if (ctx->lost) return ctx->backend_status;
+        if (until && springls__too_late(ctx, *until)) break;
+    }
+    return SPRINGLS_OK;
+}
+
+/* All of a stage, which may be inside a part of another. */
+SPRINGLS__FN springls_status springls__whole(springls_context *ctx, springls__stage_fn stage)
+{
+    const springls__work outer = ctx->work;
+    springls_status status;
+    springls__begin_stage(ctx, stage);
+    status = springls__go_on(ctx, NULL);
+    ctx->work = outer;
+    return status;
+}
+
+/* Runs one stage under its clock: the body of every public stage call. */
+SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+{
+    springls_status status;
+    double started;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    started = springls__stage_begin(ctx, stage);
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__whole(ctx, run);
+    ctx->calls--;
+    springls__stage_end(ctx, stage, started);
+    return springls__told(ctx, status);
 }
 
 /* ======== >>constellation  (src/constellation.h) =============================================================== */
@@ -6833,6 +7341,14 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     ctx->model.set.count = n;
     return SPRINGLS_OK;
 }
+
+/* Attributes follow the springls (attributes.h): what may fail, before springls are split or removed; and what cannot, afterwards.
+   Springls have been filled in behind `known` ones: on failure they are taken away again. */
+SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits);
+SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known);
+SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx);
+SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count);
+SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
 
 /* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
 SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
@@ -6899,32 +7415,46 @@ SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int s
     return SPRINGLS_OK;
 }
 
-/* Everything of a grid outside: keeps memory. */
-SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+/* The constant bricks of a grid, far outside and far inside. */
+SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls__grid *g)
 {
-    size_t i, bricks = springls__brick_count(g);
     g->far_value = ctx->model.params.band_half_width + 1.0f;
-    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
-    g->active_count = g->free_count = 0;
-    g->slot_count = SPRINGLS__FIRST_SLOT;
     springls__fill(g->phi, SPRINGLS__OUTSIDE, g->far_value);
     springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
 }
 
-/* The model and its reference are empty. */
-SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+/* ... and what the model's grid has besides. */
+SPRINGLS__FN void springls__model_constants(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int slot;
-    springls__host_anew(ctx);
-    springls__grid_clear(ctx, &ctx->model.reference);
-    springls__grid_clear(ctx, g);
+    springls__grid_constants(ctx, g);
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture);
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
+}
+
+/* Everything of a grid outside: keeps memory. */
+SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    g->active_count = g->free_count = 0;
+    g->slot_count = SPRINGLS__FIRST_SLOT;
+    springls__grid_constants(ctx, g);
+}
+
+/* The model and its reference are empty. */
+SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+{
+    springls__host_anew(ctx);
+    springls__grid_clear(ctx, &ctx->model.reference);
+    springls__grid_clear(ctx, &ctx->model.grid);
+    springls__model_constants(ctx);
+    ctx->reference_stamp = 0;
 }
 
 SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
@@ -7028,7 +7558,8 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
         if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
-            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]),
+                                              springls__cell_coordinate(p.y, g->size[1]),
                                               springls__cell_coordinate(p.z, g->size[2]));
     }
     if (n == 0) return SPRINGLS_OK;
@@ -7055,7 +7586,8 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     cells->reach = 0.0f;
     cells->large_count = 0;
     for (i = 0; i < g->active_count; i++)
@@ -7090,8 +7622,12 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
+    SPRINGLS__TRY(springls__to_host(ctx,
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    0));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int),
+                                    (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
         uint32_t reach = ~0u;
         int o[3];
@@ -7118,13 +7654,13 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
 /* neighbors.h - lists of neighbours (section 4.8). */
 
 /* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
-   for the same reason); the closest points slide along their edges meanwhile. */
+   for the same reason); the closest points slide along their edges meanwhile. Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__run(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
     ctx->neighbors_age = 0;
     return SPRINGLS_OK;
 }
@@ -7222,29 +7758,22 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
 
-typedef struct springls__advect_job {
-    springls_context *ctx;
-    const springls_forces *forces;
-    springls__force_rule rule;
-    float affine_weight;
-    springls__movers *displacement;
-    struct springls__block_motion *motion; /* one a block */
-} springls__advect_job;
-
 /* What a block's displacements come to. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
 /* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time, springls__v3 *out)
+SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time,
+                                 springls__v3 *out)
 {
-    const springls_forces *forces = job->forces;
+    const springls_forces *forces = &job->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
     int i;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
         forces->velocity(forces->user, &points[0].x, count, time, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]), job->rule.velocity_weight);
+            out[i] = springls__scale(springls__v3_make(buffer[3 * i], buffer[3 * i + 1], buffer[3 * i + 2]),
+                                     job->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
@@ -7254,10 +7783,10 @@ SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls
 }
 
 /* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals, int count,
+SPRINGLS__FN void springls__push(const springls__motion *job, const springls__v3 *points, const springls__v3 *normals, int count,
                                  float time, springls__v3 *out)
 {
-    const springls_forces *forces = job->forces;
+    const springls_forces *forces = &job->forces;
     float buffer[SPRINGLS__ADVECT_BLOCK];
     int i;
     if (forces->pressure) {
@@ -7272,12 +7801,13 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], normals[i], -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
+            out[i] = springls__mad(out[i], normals[i],
+                                   -forces->curvature_weight * springls__curvature_at(&job->ctx->model.grid, points[i]));
     }
 }
 
 /* Slopes of all movers of a block: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const springls__v3 *x, const springls__v3 *a, int count,
+SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__v3 *x, const springls__v3 *a, int count,
                                    float time, springls__v3 *slope)
 {
     springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
@@ -7298,13 +7828,14 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
-    if (!job->forces->affine) return;
-    job->forces->affine(job->forces->user, &x[0].x, &a[0].x, count, time, affine);
+    if (!job->forces.affine) return;
+    job->forces.affine(job->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
             springls__v3 q = x[m * count + i];
-            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3], A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
+            springls__v3 v = springls__v3_make(A[0] * q.x + A[1] * q.y + A[2] * q.z + A[3],
+                                               A[4] * q.x + A[5] * q.y + A[6] * q.z + A[7],
                                                A[8] * q.x + A[9] * q.y + A[10] * q.z + A[11]);
             slope[m * count + i] = springls__mad(slope[m * count + i], v, job->affine_weight);
         }
@@ -7327,7 +7858,7 @@ SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__mo
     return motion;
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int first, int count)
+SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
@@ -7340,7 +7871,7 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
     springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
-    if (job->forces->integrator == SPRINGLS_EULER) {
+    if (job->forces.integrator == SPRINGLS_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
@@ -7355,78 +7886,94 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         springls__v3 *d = job->displacement[first + i].x;
         for (m = 0; m < SPRINGLS__MOVERS; m++) d[m] = k1[m * count + i];
         if (job->rule.stop_at_topology
-            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]), springls__grid_sample(g, g->phi, springls__add(x[i], d[0])),
-                                          d[0], springls__springl_normal(s[i])))
+            && springls__held_by_topology(springls__grid_sample(g, g->phi, x[i]),
+                                          springls__grid_sample(g, g->phi, springls__add(x[i], d[0])), d[0],
+                                          springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
+    job->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
-SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx) { return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK; }
+SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
+{
+    return (ctx->model.set.count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
+}
 
 /* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
 {
-    const springls__advect_job *job = (const springls__advect_job *)arg;
+    const springls__motion *job = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
         springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->model.set.count - first));
     }
 }
 
-SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, const springls_forces *forces, float time, float dt,
-                                                      springls__advect_job *job)
+/* The context's motion: what `forces` do from `time` on in a time of dt. */
+SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    float spread = ctx->model.params.half_time_sampling ? 0.5f * dt : dt;
+    springls__motion *job = &ctx->motion;
     memset(job, 0, sizeof *job);
-    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
-    if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     job->ctx = ctx;
-    job->forces = forces;
+    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    job->forces = *forces;
     job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->rule.dt = dt;
-    job->rule.stage_time[0] = time;
-    job->rule.stage_time[1] = job->rule.stage_time[2] = time + 0.5f * spread;
-    job->rule.stage_time[3] = time + spread;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity));
     job->rule.euler = forces->integrator == SPRINGLS_EULER;
     job->rule.curvature_weight = forces->curvature_weight;
-    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement);
+    job->time = time;
+    job->dt = dt;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
+    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity);
 }
 
-/* The largest particle displacement, or a negative number when any point's is not finite. */
-SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *job, int *moving)
+SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 {
-    float largest2 = 0.0f;
-    int i;
-    *moving = 0;
-    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
-        if (!job->motion[i].finite) return -1.0f;
-        largest2 = springls__max(largest2, job->motion[i].largest2);
-        *moving += job->motion[i].moving;
-    }
-    return springls__sqrt(largest2);
-}
-
-/* Displacements by the host's threads, which callbacks want. */
-SPRINGLS__FN springls_status springls__displace_here(springls__advect_job *job, float *moved, int *moving)
-{
-    springls_context *ctx = job->ctx;
-    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
-    *moved = springls__largest_displacement(job, moving);
+    float spread = job->ctx->model.params.half_time_sampling ? 0.5f * job->dt : job->dt;
+    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX))
+        return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    job->rule.dt = job->dt;
+    job->rule.stage_time[0] = job->time;
+    job->rule.stage_time[1] = job->rule.stage_time[2] = job->time + 0.5f * spread;
+    job->rule.stage_time[3] = job->time + spread;
+    job->rule.stop_at_topology = job->stop_at_topology;
     return SPRINGLS_OK;
 }
 
-/* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
+/* Displacements by the host's threads, which callbacks want. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
 {
-    const springls_forces *forces = job->forces;
+    springls_context *ctx = job->ctx;
+    uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
+                                                                                     : 0;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->blocks, (void **)&job->blocks));
+    SPRINGLS__TRY(
+        springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
+    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
+    return SPRINGLS_OK;
+}
+
+/* After that: the largest particle displacement, or a negative number when any point's is not finite. */
+SPRINGLS__FN void springls__displaced(springls__motion *job)
+{
+    float largest2 = 0.0f;
+    bool finite = true;
+    int i;
+    if (!job->blocks) return; /* the device has told */
+    job->moving = 0;
+    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
+        finite = finite && job->blocks[i].finite;
+        largest2 = springls__max(largest2, job->blocks[i].largest2);
+        job->moving += job->blocks[i].moving;
+    }
+    job->moved = finite ? springls__sqrt(largest2) : -1.0f;
+}
+
+/* Can the device take these forces by itself? */
+SPRINGLS__FN bool springls__device_knows(springls__motion *job)
+{
+    const springls_forces *forces = &job->forces;
     float *n = job->rule.flow_numbers;
     if (forces->pressure || forces->affine) return false;
     job->rule.flow = SPRINGLS__FLOW_NONE;
@@ -7451,59 +7998,74 @@ SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
 }
 
 /* A sampled field goes to the device once as long as its version stays. */
-SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array, const springls_sampled_field *given,
-                                                       const springls__field *field)
+SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, springls__array array,
+                                                       const springls_sampled_field *given, const springls__field *field)
 {
     springls_sampled_field *last = &ctx->on_device_field[array - SPRINGLS__ARRAY_FORCE_PRESSURE];
     size_t floats = (size_t)field->size[0] * (size_t)field->size[1] * (size_t)field->size[2] * (size_t)field->channels;
     if (!given->data) return SPRINGLS_OK;
-    if (given->version && given->version == last->version && given->data == last->data && floats * sizeof(float) <= ctx->memory[array].device_bytes)
+    if (given->version && given->version == last->version && given->data == last->data
+        && floats * sizeof(float) <= ctx->memory[array].device_bytes)
         return SPRINGLS_OK;
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
     *last = *given;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job, float *moved, int *moving)
+SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces->pressure_grid, &job->rule.pressure));
-    SPRINGLS__TRY(springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces->velocity_grid, &job->rule.velocity));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
+    SPRINGLS__TRY(
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
-        SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
+        SPRINGLS__TRY(
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
-    *moved = springls__sqrt(springls__largest(ctx, 1, count));
-    *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
-    if (!(*moved < 1e9f)) *moved = -1.0f;
+    job->moved = springls__sqrt(springls__largest(ctx, 1, count));
+    job->moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    if (!(job->moved < 1e9f)) job->moved = -1.0f;
     return ctx->backend_status;
 }
 
-SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
+/* Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace(springls__motion *job)
 {
-    if (job->ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(job->ctx, springls__displace_there(job, moved, moving));
-    return springls__displace_here(job, moved, moving);
+    springls_context *ctx = job->ctx;
+    SPRINGLS__TRY(springls__motion_times(job));
+    SPRINGLS__TRY(
+        springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
+    job->blocks = NULL;
+    if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
+    return springls__displace_here(job);
 }
 
-/* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
-   *moved: how far the fastest one goes. */
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt, bool stop_at_topology,
-                                              float most, float *moved)
+/* Moves all springls as the context's motion says. A particle that would go further than `most` (0: any way is allowed) has
+   everything tried again with a shorter dt, a little shorter than would do if the force were even; at last any way is allowed. */
+SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
-    springls__advect_job job;
-    int moving;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
-    job.rule.stop_at_topology = stop_at_topology;
-    SPRINGLS__TRY(springls__displace(&job, moved, &moving));
-    if (*moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
-    if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    springls__run(ctx, SPRINGLS__KERNEL_move, ctx->model.set.count, springls__no_job());
-    ctx->stats.moved = *moved;
-    ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
+    enum { TRIES = 40 };
+    springls__motion *job = &ctx->motion;
+    int count = ctx->model.set.count;
+    if (ctx->work.part == 0) {
+        SPRINGLS__TRY(springls__displace(job));
+        return springls__then(ctx, 1);
+    }
+    springls__displaced(job);
+    if (job->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
+    if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
+        job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
+        return springls__then(ctx, 0);
+    }
+    springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
+    ctx->stats.moved = job->moved;
+    ctx->stats.moving = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -7511,32 +8073,35 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
 
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    springls_status status;
-    double started;
-    float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
-    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    return springls__told(ctx, status);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
+    return springls__staged(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
+}
+
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+{
+    springls__motion *job = &ctx->motion;
+    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
+    job->forces.integrator = SPRINGLS_EULER;
+    job->rule.euler = 1;
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__told(ctx, springls__displace(job)));
+    springls__finish_loop(ctx);
+    springls__displaced(job);
+    if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    *speed = job->moved;
+    return SPRINGLS_OK;
 }
 
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
-    springls__advect_job job;
-    springls_forces euler;
-    int moving;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    euler = *forces;
-    euler.integrator = SPRINGLS_EULER;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
-    SPRINGLS__TRY(springls__told(ctx, springls__displace(&job, speed, &moving)));
-    if (*speed < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
-    return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__max_speed(ctx, forces, time, speed);
 }
 
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
@@ -7560,8 +8125,8 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
     int i;
     (void)time;
     for (i = 0; i < count; i++) {
-        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]), center, axis,
-                                                     flow->angular_velocity);
+        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                     center, axis, flow->angular_velocity);
         out[3 * i] = u.x;
         out[3 * i + 1] = u.y;
         out[3 * i + 2] = u.z;
@@ -7573,17 +8138,20 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
-    void *next;
-    int iteration;
-    if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__neighbors_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), &next));
-    for (iteration = 0; iteration < ctx->model.params.relax_iterations; iteration++) {
-        springls__run(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
+    switch (ctx->work.part) {
+    case 0:
+        if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
+        SPRINGLS__TRY(springls__neighbors_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
+        return springls__then(ctx, 2);
+    default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
+        springls__constellation_moved(ctx);
+        return ++ctx->work.turn < ctx->model.params.relax_iterations ? springls__then(ctx, 1) : SPRINGLS_OK;
     }
-    springls__constellation_moved(ctx);
-    return SPRINGLS_OK;
 }
 
 /* Flipped triangles are turned round (section 4.3.1). */
@@ -7604,21 +8172,9 @@ SPRINGLS_API springls_status springls_relax(springls_context *ctx)
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
-SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
+SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, springls__no_job());
-}
-
-SPRINGLS__FN springls_status springls__merge(springls_context *ctx)
-{
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-    do {
-        springls__run(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-    } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0);
     return SPRINGLS_OK;
 }
 
@@ -7626,29 +8182,50 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__job job = springls__no_job();
     int count = ctx->model.set.count;
-    if (count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
-    if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
-    job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
-    job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
-    springls__run(ctx, SPRINGLS__KERNEL_contract, count, job);
-    springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
-    ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
-    springls__constellation_changed(ctx);
-    if (ctx->model.params.merge_distance > 0.0f) SPRINGLS__TRY(springls__merge(ctx));
-    SPRINGLS__TRY(springls__constellation_compact(ctx));
-    ctx->stats.removed += count - ctx->model.set.count;
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
+    switch (ctx->work.part) {
+    case 0:
+        if (count == 0) return SPRINGLS_OK;
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
+        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
+        job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
+        job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
+        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
+        return springls__then(ctx, 1);
+    case 1:
+        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
+        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
+        springls__constellation_changed(ctx);
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__then(ctx, 4);
+        SPRINGLS__TRY(springls__cells_build(ctx));
+        SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
+        return springls__then(ctx, 2);
+    case 2:
+        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
+        return springls__then(ctx, 3);
+    case 3:
+        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
+        return springls__then(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+    default:
+        SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+        SPRINGLS__TRY(springls__constellation_compact(ctx));
+        springls__attributes_after_removal(ctx, count);
+        ctx->stats.removed += count - ctx->model.set.count;
+        springls__constellation_changed(ctx);
+        return SPRINGLS_OK;
+    }
+}
+
+/* By phi as it is. */
+SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__sample_phi(ctx));
+    return springls__then_stage(ctx, springls__contract);
 }
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
-    if (ctx) {
-        springls__use_device(ctx);
-        springls__sample_phi(ctx);
-    }
-    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
+    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
 }
 
 /* ======== >>edges  (src/edges.h) =============================================================================== */
@@ -7713,7 +8290,8 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
 
 /* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
    leaves the distances inside it unrounded, a concave one those outside. */
-SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside, springls__crowd *crowd)
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
+                                        springls__crowd *crowd)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -7759,7 +8337,8 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        for (m = 0; m < 3; m++)
+            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
         for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
         *s = springls__springl_finished(*s);
@@ -7793,7 +8372,8 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
-        if (springls__has_kink(&ctx->model.grid, s->p) && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
+        if (springls__has_kink(&ctx->model.grid, s->p)
+            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
             ctx->model.set.a[begin] = s->p;
             ctx->model.set.was[begin] = s->p;
         }
@@ -7836,11 +8416,13 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
+    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
     springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, springls__job_of(splits));
     springls__constellation_added(ctx, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
+    springls__attributes_after_split(ctx, count);
     return SPRINGLS_OK;
 }
 
@@ -7861,7 +8443,8 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
     memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
@@ -7887,7 +8470,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     return SPRINGLS_OK;
 }
 
-/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. */
+/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. Ends with a loop. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -7895,7 +8478,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
-        springls__run(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
@@ -7926,11 +8509,18 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__omega_build(ctx));
-    springls__run(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-    springls__commit_phi(ctx, 1);
-    springls__phi_in_step(ctx);
-    return SPRINGLS_OK;
+    switch (ctx->work.part) {
+    case 0:
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 2);
+    default:
+        springls__commit_phi(ctx, 1);
+        springls__phi_in_step(ctx);
+        return SPRINGLS_OK;
+    }
 }
 
 SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
@@ -7963,7 +8553,10 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI),
+                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2)
+                                        | SPRINGLS__BIT(SCRATCH3)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -7986,10 +8579,17 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-    springls__swap_phi(ctx);
-    springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
-    return springls__band_move(ctx);
+    switch (ctx->work.part) {
+    case 0:
+        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 1);
+    case 1:
+        springls__swap_phi(ctx);
+        if (ctx->work.turn++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 1);
+    default: return SPRINGLS_OK;
+    }
 }
 
 SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
@@ -8024,26 +8624,39 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
+    const int sweeps = 2;
     springls__job job = springls__job_of(carry);
-    int bricks, springls = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cells_cover_around(ctx));
-    bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)springls, sizeof(springls__oriented), NULL));
-    SPRINGLS__TRY(springls__way_since_phi(ctx, &job.f[0]));
-    springls__run(ctx, SPRINGLS__KERNEL_oriented, springls, springls__no_job());
-    springls__run(ctx, SPRINGLS__KERNEL_project, bricks, job);
-    if (carry) {
-        springls__settle(ctx);
-        springls__phi_in_step(ctx);
-    }
-    springls__commit_phi(ctx, carry ? 1 + (int)springls__min(job.f[0], ctx->model.grid.far_value) : 1);
-    if (carry && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE) {
-        springls__run(ctx, SPRINGLS__KERNEL_specks, bricks, springls__no_job());
+    float *way = &ctx->work.number;
+    switch (ctx->work.part) {
+    case 0:
+        SPRINGLS__TRY(springls__cells_cover_around(ctx));
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
+        SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
+        SPRINGLS__TRY(springls__way_since_phi(ctx, way));
+        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
+        job.f[0] = *way;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
+        return springls__then(ctx, 1);
+    case 1:
+        if (carry) {
+            springls__settle(ctx);
+            springls__phi_in_step(ctx);
+        }
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__then(ctx, 3);
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 2);
+    case 2:
         springls__swap_phi(ctx);
+        return springls__then(ctx, 3);
+    case 3:
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 4);
+    default:
+        springls__swap_phi(ctx);
+        if (++ctx->work.turn < sweeps) return springls__then(ctx, 3);
+        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
-    springls__redistance_sweeps(ctx, 2);
-    return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
@@ -8053,15 +8666,22 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) 
 /* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
    comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
 
-SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
+/* Where they are wanted. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_holes(springls_context *ctx)
 {
-    int count = ctx->model.set.count, wanted = 0, room;
+    int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)count, sizeof(uint32_t), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__plant(springls_context *ctx)
+{
+    int count = ctx->model.set.count, wanted = 0, room;
     while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, SPRINGLS__UNDECIDED) > 0) {
         springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, springls__no_job());
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH2, SPRINGLS__ARRAY_SCRATCH3);
@@ -8082,18 +8702,25 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 /* ======== >>fill_gaps  (src/fill_gaps.h) ======================================================================= */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
-/* Springls for the bare triangles of the zero level: see springls__is_exposed. */
-SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
+/* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx, float covered, float on_sheets)
 {
     springls__job job = springls__no_job();
-    int bricks, wanted = 0, room;
+    int bricks;
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
     job.f[0] = covered;
     job.f[1] = on_sheets;
-    springls__run(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    return SPRINGLS_OK;
+}
+
+/* ... get springls. */
+SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+{
+    int bricks = ctx->model.grid.active_count, wanted = 0, room;
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
     ctx->stats.refused += wanted - room;
@@ -8103,25 +8730,43 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+/* The new springls, behind `first` others, take their place among them. */
+SPRINGLS__FN void springls__adopt(springls_context *ctx, int first)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
-    const float d_max = ctx->model.params.d_max;
-    const bool springls_first = ctx->model.params.fill_from_springls != 0;
+    int added = ctx->model.set.count - first;
     double started;
-    int first, added;
-    if (springls_first) SPRINGLS__TRY(springls__fill_from_springls(ctx));
-    first = ctx->model.set.count;
-    SPRINGLS__TRY(springls_first ? springls__fill_from_level_set(ctx, springls__max(covered, d_max), on_sheets)
-                                 : springls__fill_from_level_set(ctx, d_max, d_max));
-    added = ctx->model.set.count - first;
-    if (added == 0) return SPRINGLS_OK;
+    if (added == 0) return;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
     springls__run(ctx, SPRINGLS__KERNEL_adopt, added, springls__job_of(first)); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
+{
+    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
+    const float d_max = ctx->model.params.d_max;
+    const int count = ctx->model.set.count;
+    const bool springls_first = ctx->model.params.fill_from_springls != 0;
+    switch (ctx->work.part) {
+    case 0:
+        if (!springls_first) return springls__then(ctx, 2);
+        SPRINGLS__TRY(springls__find_holes(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__plant(ctx));
+        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
+        return springls__then(ctx, 2);
+    case 2:
+        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+                                          springls_first ? on_sheets : d_max));
+        return springls__then(ctx, 3);
+    default:
+        SPRINGLS__TRY(springls__cover(ctx));
+        springls__adopt(ctx, count);
+        return springls__attributes_after_fill(ctx, count);
+    }
 }
 
 SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
@@ -8303,21 +8948,33 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
-    SPRINGLS__TRY(springls__bricks_around_springls(ctx));
-    SPRINGLS__TRY(springls__omega_build(ctx));
-    SPRINGLS__TRY(springls__grow_bricks(ctx));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-    if (ctx->model.params.project_level_set) {
-        springls__run(ctx, SPRINGLS__KERNEL_sides, g->active_count, springls__no_job());
-        SPRINGLS__TRY(springls__settle_regions(ctx));
+    const int bricks = ctx->model.grid.active_count;
+    const bool project = ctx->model.params.project_level_set != 0;
+    switch (ctx->work.part) {
+    case 0:
+        if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__grow_bricks(ctx));
+        return springls__then(ctx, 2);
+    case 2:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
+        return springls__then(ctx, 3);
+    case 3:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
+        return springls__then(ctx, 4);
+    case 4:
+        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
+        return springls__then(ctx, 5);
+    default:
+        if (project) SPRINGLS__TRY(springls__settle_regions(ctx));
+        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
+        springls__phi_in_step(ctx);
+        return springls__then_stage(ctx, springls__rebuild);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_with_sign, g->active_count, springls__no_job());
-    springls__phi_in_step(ctx);
-    return springls__rebuild(ctx);
 }
 
 SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
@@ -8492,7 +9149,12 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
    Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
-typedef struct springls__part { double volume, area; float offset, moved; int32_t kin; bool speck; } springls__part; /* moved: offsets in all */
+typedef struct springls__part {
+    double volume, area;
+    float offset, moved;
+    int32_t kin;
+    bool speck;
+} springls__part; /* moved: offsets in all */
 
 typedef struct springls__parts {
     springls__part *part;
@@ -8544,7 +9206,8 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts 
             for (d = 0; d < 6; d++) {
                 springls__voxel_beside(x, y, z, d, to);
                 if (springls__is_inside(g, to[0], to[1], to[2]))
-                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v, springls__part_node(g, parts, to[0], to[1], to[2]));
+                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
+                                        springls__part_node(g, parts, to[0], to[1], to[2]));
             }
         }
     }
@@ -8581,8 +9244,8 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
                         for (m = 0; m < 3; m++) {
                             int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
                             if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
-                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1), range.origin[1] + y + (c >> 1 & 1),
-                                                           range.origin[2] + z + (c >> 2));
+                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1),
+                                                           range.origin[1] + y + (c >> 1 & 1), range.origin[2] + z + (c >> 2));
                         }
                         visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
                     }
@@ -8606,7 +9269,8 @@ SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__t
     if (label < 0) return;
     part = &parts->part[label];
     part->area += 0.5 * (double)springls__length(area2);
-    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z) * (1.0 / 6.0);
+    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
+                    * (1.0 / 6.0);
 }
 
 SPRINGLS__FN void springls__measure_parts(const springls__grid *g, springls__parts *parts)
@@ -8650,7 +9314,8 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
 SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
 {
     const springls__grid *g = &ctx->model.grid;
-    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2], nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
+    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2],
+            nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
     int32_t i, o[3];
     int v;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
@@ -8717,7 +9382,13 @@ SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const sp
 /* What is known before and what there is now, as nodes of one forest: components before come first. */
 typedef struct springls__kin { double target, volume, area; int64_t votes; } springls__kin; /* of a root: of all its tree */
 
-typedef struct springls__kinship { springls__kin *kin; int32_t *parent; uint64_t *votes; size_t vote_count; int before; } springls__kinship;
+typedef struct springls__kinship {
+    springls__kin *kin;
+    int32_t *parent;
+    uint64_t *votes;
+    size_t vote_count;
+    int before;
+} springls__kinship;
 
 SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
 {
@@ -8784,7 +9455,8 @@ SPRINGLS__FN void springls__tie_specks(const springls__parts *parts, springls__k
     for (i = 1; i < parts->count; i++)
         if (parts->part[i].volume > parts->part[largest].volume) largest = i;
     for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
-        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume)) springls__make_kin(k, i, k->before + largest);
+        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume))
+            springls__make_kin(k, i, k->before + largest);
 }
 
 /* Kin have together what they had before. Who has no kin is to have what there is. */
@@ -8929,161 +9601,341 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 }
 
 /* ======== >>step  (src/step.h) ================================================================================= */
-/* step.h - Algorithms 2 and 3. */
+/* step.h - Algorithms 2 and 3: tables of stages, which a step goes through row by row for each of its sub-steps. It can be left
+   between any two parts of a stage (parts.h) and gone on with later: what is not in the model then is in ctx->step. */
 
-SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
+/* ---- what the rows ask ---- */
+
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
 {
-    SPRINGLS__TRY(springls_evolve(ctx));
-    return springls_rebuild(ctx);
+    return iteration % ctx->model.params.resample_period == 0;
 }
 
-/* The level set catches up with the springls: carried along by them or, where it has just been made afresh of them, by eq. 23,
-   which closes what gaps between springls have left open. */
-SPRINGLS__FN springls_status springls__follow(springls_context *ctx, bool afresh)
+/* Volumes are to be locked, and nobody knows them yet. */
+SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
-    const int enough = 3;
-    bool carry = ctx->model.params.predict && !afresh;
-    int iterations = ctx->model.params.predict && afresh ? springls__imax(ctx->model.params.evolve_iterations, enough) : ctx->model.params.evolve_iterations, z;
-    if (ctx->model.params.keep_edges && ctx->model.set.at_edges > 0)
-        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
-    if (carry) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
-    for (z = 0; z < iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->model.params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
-    return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
+    return ctx->model.params.volume_lock && ctx->locked_count == 0;
 }
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->model.params.resample_period == 0; }
+SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
-/* Algorithm 2 after Advect. */
-SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
+/* contract will ask for phi as it was before the springls moved. */
+SPRINGLS__FN bool springls__wants_phi_before(const springls_context *ctx)
 {
-    float way;
-    bool last = ctx->model.params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
-    SPRINGLS__TRY(springls_relax(ctx));
-    if (resample && !last) {
-        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
-        SPRINGLS__TRY(springls_resample(ctx));
-        SPRINGLS__TRY(springls_relax(ctx));
+    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
+}
+
+SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resample; }
+SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
+{
+    return ctx->step.resample && !ctx->model.params.resample_last;
+}
+SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
+{
+    return ctx->step.resample && ctx->model.params.resample_last;
+}
+SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+SPRINGLS__FN bool springls__starts_afresh(const springls_context *ctx) { return ctx->step.afresh; }
+SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
+{
+    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
+}
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.afresh; }
+SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
+
+/* After eq. 23; carrying phi along has projected it already. */
+SPRINGLS__FN bool springls__projects(const springls_context *ctx)
+{
+    return ctx->model.params.project_level_set && !(springls__carries(ctx) && ctx->model.params.evolve_iterations == 0);
+}
+
+/* ---- what is done between stages ---- */
+
+enum { SPRINGLS__MOST_PARTS = 10000 };
+
+/* The rest of a step is cut into parts as equal as the force allows. */
+SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    float dt = step->part;
+    if (step->left > 0.0f) {
+        dt = step->left / (springls__floor(step->left / step->part * 0.9999f) + 1.0f);
+        if (ctx->time + (double)dt == ctx->time)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                                  (double)dt);
+        if (step->parts++ == SPRINGLS__MOST_PARTS)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                                  SPRINGLS__MOST_PARTS);
     }
-    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
-    afresh = ctx->model.params.predict && way > ctx->model.grid.far_value; /* too far to be carried */
-    if (afresh) SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx, afresh));
-    if (!resample) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__orient(ctx));
-    if (last) {
-        SPRINGLS__TRY(springls_contract(ctx));
-        SPRINGLS__TRY(springls_resample(ctx));
-    }
-    return springls_fill_gaps(ctx);
-}
-
-/* Algorithm 3 after Advect. */
-SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool one_to_one)
-{
-    SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx, true));
-    SPRINGLS__TRY(springls_relax(ctx));
-    if (one_to_one) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls_fill_gaps(ctx));
-    SPRINGLS__TRY(springls_contract(ctx));
-    return springls_resample(ctx);
-}
-
-/* The chosen algorithm after Advect. */
-SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const springls_step_desc *step)
-{
-    if (step->mode == SPRINGLS_ADVECT_ONLY) return SPRINGLS_OK;
-    SPRINGLS__TRY(step->mode == SPRINGLS_FLUID ? springls__fluid_step(ctx, step->one_to_one) : springls__elastic_step(ctx, step->one_to_one));
-    return ctx->model.params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
-}
-
-/* One step of at most *dt, in which no particle goes further than `longest` voxels (0: any way); *dt becomes the time that has
-   passed. A force may be stronger during the step than at its start: then a shorter one is tried, a little shorter than would
-   do if the force were even, and at last any way is allowed. */
-SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float longest, float *dt, float *moved)
-{
-    enum { TRIES = 40 };
-    springls_status status = SPRINGLS_OK;
-    double started;
-    int tries;
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
         ctx->stats.volume_correction = 0.0f;
     }
-    if (ctx->model.params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
-    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    springls__use_device(ctx);
-    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
-        springls__sample_phi(ctx); /* for contract */
-    for (tries = 1; tries <= TRIES; tries++) {
-        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < TRIES ? longest : 0.0f, moved);
-        if (status != SPRINGLS_OK || longest == 0.0f || *moved <= longest) break;
-        *dt *= springls__max(0.95f * longest / *moved, 0.1f);
-    }
-    status = springls__told(ctx, status);
-    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    if (status != SPRINGLS_OK) return status;
-    ctx->time += (double)*dt;
-    ctx->iteration++;
-    ctx->stats.steps++;
-    return springls__after_advect(ctx, step);
-}
-
-enum { SPRINGLS__MOST_PARTS = 10000 };
-
-/* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
-SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
-{
-    const float longest = step->max_displacement, growth = 1.5f;
-    const double end = ctx->time + (double)step->dt;
-    float left = step->dt, moved;
-    int parts;
-    for (parts = 0; left > 1e-6f * step->dt; parts++) {
-        float taken = left / (springls__floor(left / dt * 0.9999f) + 1.0f);
-        if (ctx->time + (double)taken == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)taken);
-        if (parts == SPRINGLS__MOST_PARTS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
-        SPRINGLS__TRY(springls__substep(ctx, step, longest * 1.0001f, &taken, &moved));
-        left = (float)(end - ctx->time);
-        dt = taken * (growth * moved > longest ? longest / moved : growth);
-    }
-    ctx->time = end;
+    SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
+    ctx->motion.most = step->left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
+    ctx->motion.stop_at_topology = step->desc.stop_at_topology;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__step(springls_context *ctx, const springls_step_desc *step)
+/* Springls have moved. */
+SPRINGLS__FN springls_status springls__substep_counts(springls_context *ctx)
 {
-    float speed, limit, dt, moved;
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    ctx->time += (double)ctx->motion.dt;
+    ctx->iteration++;
+    ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_ELASTIC;
+    return SPRINGLS_OK;
+}
+
+/* Springls may have come too far for phi to be carried along. */
+SPRINGLS__FN springls_status springls__measure_way(springls_context *ctx)
+{
+    float way;
+    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
+    ctx->step.afresh = ctx->model.params.predict && way > ctx->model.grid.far_value;
+    return SPRINGLS_OK;
+}
+
+/* How often eq. 23 is needed: it closes what gaps between springls have left open where phi has just been made afresh of them. */
+SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
+{
+    const int enough = 3;
+    ctx->step.iterations = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.predict && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
+    return SPRINGLS_OK;
+}
+
+/* Back to evolve and rebuild, the two rows before. */
+SPRINGLS__FN springls_status springls__iterate(springls_context *ctx)
+{
+    ctx->step.iterations--;
+    ctx->step.row -= 3;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
+
+/* ---- the algorithms ---- */
+
+#define SPRINGLS__BEGIN                                                          \
+    { -1, NULL, springls__substep_begin },                                       \
+    { SPRINGLS_STAGE_VOLUME_LOCK, springls__lock_is_new, springls__volume_lock }
+#define SPRINGLS__MOVE                                                           \
+    { SPRINGLS_STAGE_ADVECT, NULL, springls__advect },                           \
+    { -1, NULL, springls__substep_counts }
+/* The level set catches up with the springls. */
+#define SPRINGLS__FOLLOW                                                         \
+    { -1, NULL, springls__follow_begin },                                        \
+    { SPRINGLS_STAGE_KEEP_EDGES, springls__has_edges, springls__keep_edges },    \
+    { SPRINGLS_STAGE_PROJECT, springls__carries, springls__carry_level_set },    \
+    { SPRINGLS_STAGE_EVOLVE, springls__iterates, springls__evolve },             \
+    { SPRINGLS_STAGE_REBUILD, springls__iterates, springls__rebuild },           \
+    { -1, springls__iterates, springls__iterate },                               \
+    { SPRINGLS_STAGE_PROJECT, springls__projects, springls__project_level_set }
+#define SPRINGLS__END                                                            \
+    { SPRINGLS_STAGE_VOLUME_LOCK, springls__locks_volume, springls__volume_lock }, \
+    { -1, NULL, springls__substep_end }
+
+static const springls__row springls__fluid[] = { /* Algorithm 2 */
+    SPRINGLS__BEGIN,
+    { -1, springls__wants_phi_before, springls__sample_phi },
+    SPRINGLS__MOVE,
+    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
+    { SPRINGLS_STAGE_CONTRACT, springls__resamples_first, springls__contract },
+    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_first, springls__resample },
+    { SPRINGLS_STAGE_RELAX, springls__resamples_first, springls__relax },
+    { -1, NULL, springls__measure_way },
+    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__starts_afresh, springls__unsigned_to_signed },
+    SPRINGLS__FOLLOW,
+    { -1, springls__resamples, springls__orient },
+    { SPRINGLS_STAGE_CONTRACT, springls__resamples_last, springls__contract_now },
+    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_last, springls__resample },
+    { SPRINGLS_STAGE_FILL_GAPS, springls__resamples, springls__fill_gaps },
+    SPRINGLS__END
+};
+
+static const springls__row springls__elastic[] = { /* Algorithm 3 */
+    SPRINGLS__BEGIN,
+    SPRINGLS__MOVE,
+    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, NULL, springls__unsigned_to_signed },
+    SPRINGLS__FOLLOW,
+    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
+    { SPRINGLS_STAGE_FILL_GAPS, springls__not_one_to_one, springls__fill_gaps },
+    { SPRINGLS_STAGE_CONTRACT, springls__not_one_to_one, springls__contract_now },
+    { SPRINGLS_STAGE_RESAMPLE, springls__not_one_to_one, springls__resample },
+    SPRINGLS__END
+};
+
+static const springls__row springls__advect_only[] = {
+    SPRINGLS__BEGIN,
+    SPRINGLS__MOVE,
+    { -1, NULL, springls__substep_end }
+};
+
+#undef SPRINGLS__BEGIN
+#undef SPRINGLS__MOVE
+#undef SPRINGLS__FOLLOW
+#undef SPRINGLS__END
+
+SPRINGLS__FN void springls__first_row(springls_context *ctx)
+{
+    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID     ? springls__fluid
+                    : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic
+                                                              : springls__advect_only;
+}
+
+/* Is there another sub-step? The next one is as long as the last one permitted. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->left = (float)(step->end - ctx->time);
+    step->part = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->left > 1e-6f * step->desc.dt) {
+        springls__first_row(ctx);
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end;
+    step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* How the step is cut into sub-steps: left is 0 where it is not. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    const springls_step_desc *desc = &step->desc;
+    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
+    step->left = 0.0f;
+    step->part = desc->dt;
+    springls__first_row(ctx);
+    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->part = speed > 1e-6f ? limit / speed : 0.0f;
+        return SPRINGLS_OK;
+    }
+    if (!(speed * desc->dt <= (float)SPRINGLS__MOST_PARTS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MOST_PARTS);
+    step->left = desc->dt;
+    step->end = ctx->time + (double)desc->dt;
+    step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
+    return SPRINGLS_OK;
+}
+
+static const springls__row springls__plan[] = { { -1, NULL, springls__plan_step } };
+
+/* ---- from row to row ---- */
+
+/* The next row that is wanted begins. */
+SPRINGLS__FN void springls__row_begin(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    while (step->row->when && !step->row->when(ctx)) step->row++;
+    step->stage = step->row->stage;
+    step->seconds = 0.0;
+    if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
+    springls__begin_stage(ctx, step->row->run);
+    step->row++;
+}
+
+SPRINGLS__FN void springls__row_end(springls_context *ctx, double started)
+{
+    if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
+    ctx->step.stage = -1;
+}
+
+/* Goes on with the stage at work. Its clock stands still while nobody does. */
+SPRINGLS__FN springls_status springls__row_go_on(springls_context *ctx, const double *until)
+{
+    springls__stepping *step = &ctx->step;
+    double started = springls__now(ctx) - step->seconds;
+    springls_status status;
+    springls__use_device(ctx);
+    status = springls__go_on(ctx, until);
+    if (status == SPRINGLS_OK && !springls__stage_done(ctx)) step->seconds = springls__now(ctx) - started;
+    else springls__row_end(ctx, started);
+    return status;
+}
+
+/* What is in progress is left as it is. */
+SPRINGLS__FN void springls__drop_step(springls_context *ctx)
+{
+    if (ctx->step.active) springls__row_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    ctx->step.active = false;
+    memset(&ctx->work, 0, sizeof ctx->work);
+}
+
+/* Goes on with the step in progress for a while; NULL: to its end. */
+SPRINGLS__FN springls_status springls__step_go_on(springls_context *ctx, const double *until)
+{
+    springls_status status = SPRINGLS_OK;
+    if (!ctx->step.active) return SPRINGLS_OK;
+    ctx->calls++;
+    do {
+        if (springls__stage_done(ctx)) springls__row_begin(ctx);
+        status = springls__row_go_on(ctx, until);
+    } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
+    ctx->calls--;
+    if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
+    springls__drop_step(ctx);
+    return springls__told(ctx, status);
+}
+
+SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__step_go_on(ctx, NULL); }
+
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
-    dt = step->dt;
-    if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->model.params.d_max;
-    SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
-    if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        dt = speed > 1e-6f ? limit / speed : 0.0f;
-        return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    }
-    if (!(speed * dt <= (float)SPRINGLS__MOST_PARTS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
-    return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
+    springls__drop_step(ctx);
+    memset(&ctx->step, 0, sizeof ctx->step);
+    ctx->step.desc = *step;
+    ctx->step.forces = *step->forces;
+    ctx->step.row = springls__plan;
+    ctx->step.stage = -1;
+    ctx->step.active = true;
+    return SPRINGLS_OK;
 }
+
+SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done)
+{
+    springls_status status;
+    double until;
+    if (done) *done = true;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!done || !(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step_continue: done is NULL, or seconds is negative or not a number");
+    until = springls__now(ctx) + seconds;
+    status = springls__step_go_on(ctx, &until);
+    *done = !ctx->step.active;
+    return status;
+}
+
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx) { return ctx && ctx->step.active; }
 
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {
-    springls_status status;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    ctx->calls++;
-    status = springls__step(ctx, step);
-    ctx->calls--;
-    return springls__told(ctx, status);
+    SPRINGLS__TRY(springls_step_begin(ctx, step));
+    return springls__finish_step(ctx);
 }
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
@@ -9105,7 +9957,9 @@ SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ct
 
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 {
-    if (ctx && time > -DBL_MAX && time < DBL_MAX) ctx->time = time;
+    if (!ctx || !(time > -DBL_MAX && time < DBL_MAX)) return;
+    springls__finish_step(ctx);
+    ctx->time = time;
 }
 
 /* in */
@@ -9239,6 +10093,19 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
+/* Memory for n triangles; the first `keep` and their nodes stay. */
+SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
+    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 3 * keep * sizeof(springls__v3));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
+    surface->points = (springls__v3 *)surface->points_memory.data;
+    surface->order = (int *)surface->order_memory.data;
+    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
+    return status;
+}
+
 /* Makes room for count triangles; the caller writes surface->points (3 a triangle), then calls springls__surface_finish.
    On failure the surface is empty and can be freed. */
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
@@ -9247,13 +10114,7 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     surface->count = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
-    surface->points = (springls__v3 *)surface->points_memory.data;
-    surface->order = (int *)surface->order_memory.data;
-    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
-    return SPRINGLS_OK;
+    return springls__surface_room(ctx, surface, n, 0);
 }
 
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
@@ -9271,7 +10132,7 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
         items[i].center[2] = p[0].z + p[1].z + p[2].z;
         items[i].triangle = i;
     }
-    surface->count = count;
+    surface->count = surface->given = count;
     springls__bvh_split(surface, items);
     for (i = 0; i < count; i++) surface->order[i] = items[i].triangle;
     springls__bvh_bound(surface);
@@ -9376,6 +10237,46 @@ SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__sur
                                                              float max_distance)
 {
     return springls__surface_closest_from(surface, x, max_distance, -1);
+}
+
+/* ---- all that are near ---- */
+
+/* A walk over the triangles of all leaves whose box comes within r of x. */
+typedef struct springls__near_walk {
+    const springls__surface *surface;
+    springls__v3 x;
+    float r;
+    int stack[SPRINGLS__BVH_STACK], top, next, end;
+} springls__near_walk;
+
+SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
+{
+    springls__near_walk walk;
+    walk.surface = surface;
+    walk.x = x;
+    walk.r = r;
+    walk.top = walk.next = walk.end = 0;
+    if (surface->count) walk.stack[walk.top++] = 0;
+    return walk;
+}
+
+/* The next triangle, or -1 at the end. */
+SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__bvh_node *node;
+        if (!walk->top) return -1;
+        node = &walk->surface->nodes[walk->stack[--walk->top]];
+        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
+        if (node->count) {
+            walk->next = node->first;
+            walk->end = node->first + node->count;
+        } else {
+            walk->stack[walk->top++] = node->first + 1;
+            walk->stack[walk->top++] = node->first;
+        }
+    }
+    return walk->surface->order[walk->next++];
 }
 
 /* ---- rays ---- */
@@ -9759,8 +10660,10 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 /* Empty model, empty grid. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
+    springls__drop_step(ctx);
     ctx->model.set.count = ctx->model.set.at_edges = 0;
-    ctx->model.set.next_id = 0;
+    ctx->model.set.next_id = ctx->model.set.step = 0;
+    ctx->attribute_count = 0;
     ctx->iteration = 0;
     ctx->locked_count = 0;
     ctx->time = 0.0;
@@ -9779,6 +10682,7 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__reference_copy(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
@@ -10074,7 +10978,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     springls__clear_model(ctx);
     status = springls__set_from_distance(ctx, springls__implicit_distance, &job);
     if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
-        status = springls__rebuild(ctx);
+        status = springls__whole(ctx, springls__rebuild);
         springls__redistance_sweeps(ctx, 8);
     }
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
@@ -10151,6 +11055,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__adopt_reference(ctx));
@@ -10162,6 +11067,7 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
     return SPRINGLS_OK;
@@ -10188,10 +11094,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
-    if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
+    if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__unsigned_to_signed);
     for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
-        status = springls__evolve(ctx);
-        if (status == SPRINGLS_OK) status = springls__rebuild(ctx);
+        status = springls__whole(ctx, springls__evolve);
+        if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__rebuild);
     }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
@@ -10585,7 +11491,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, bool balanced)
+SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
 {
     springls__mesh_distance distance;
     uint8_t mirrored = springls__is_mirrored(ctx);
@@ -10608,14 +11514,17 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
-    if (!balanced) SPRINGLS__TRY(springls__rebuild(ctx));
+    if (!balanced) SPRINGLS__TRY(springls__whole(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
+    ctx->original.given = given;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    SPRINGLS__TRY(springls__find_bare(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    springls__finish_loop(ctx);
+    SPRINGLS__TRY(springls__cover(ctx));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -10662,7 +11571,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_adopt(ctx, m, unbalanced == 0);
+    status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");
@@ -10748,7 +11657,8 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
     const springls_context *ctx = q->ctx;
     int i;
     for (i = begin; i < end; i++) {
-        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
+        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi,
+                                          springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
         if (q->inside) q->inside[i] = phi < 0.0f;
         else q->out[i] = phi * ctx->smallest_spacing;
     }
@@ -10770,8 +11680,8 @@ SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
-        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x), (double)ctx->smallest_spacing,
-                                    q->out + 3 * (size_t)i);
+        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x),
+                                    (double)ctx->smallest_spacing, q->out + 3 * (size_t)i);
     }
 }
 
@@ -10895,7 +11805,8 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
 
 /* What is left when there are too few neighbours: an original springl is taken for the triangle `own` that it came from,
    any other has its one correspondence. */
-SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
 {
     springls__tri t = springls__springl_tri(ctx->model.set.s[springl]);
     springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->model.set.s[springl].p);
@@ -10908,34 +11819,24 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
 
 /* The place on the original surface of place x (voxels) of a springl, before projection: the affine map of the springls
    around it that face the same side. `own` is the original triangle at the springl's correspondence. */
-SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
 {
     const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
-    const springls__surface *model = &ctx->springl_surface;
     const springls__springl *s = ctx->model.set.s;
     springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
     const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, center, search);
+    int j;
     memset(&fit, 0, sizeof fit);
-    if (model->count) stack[top++] = 0;
-    while (top) {
-        const springls__bvh_node *node = &model->nodes[stack[--top]];
-        if (springls__bvh_box_distance2(node, center) > search * search) continue;
-        if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-            continue;
-        }
-        for (i = 0; i < node->count; i++) {
-            int j = model->order[node->first + i];
-            springls__v3 r = springls__sub(s[j].p, x);
-            float d2 = springls__length2(r) / (radius * radius), apart;
-            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
-            apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-            if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
-            springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
-        }
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        springls__v3 r = springls__sub(s[j].p, x);
+        float d2 = springls__length2(r) / (radius * radius), apart;
+        if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
+        apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
+        if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+        springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count >= 4) {
         springls__affine_fit_normal(&fit, normal, springls__tri_normal(own), 0.1 * fit.weight);
@@ -10945,7 +11846,8 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
 }
 
 /* The triangle and barycentric coordinates in the mesh as it was given. */
-SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle, float bary[3])
+SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
+                                      float bary[3])
 {
     int source = surface->source ? surface->source[h->triangle] : 2 * h->triangle;
     *triangle = source / 2;
@@ -10974,7 +11876,8 @@ typedef struct springls__hit_query {
 } springls__hit_query;
 
 /* distance: model units. */
-SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
 {
     springls__v3 voxel;
     springls__surface_hit material;
@@ -11183,6 +12086,928 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     return SPRINGLS_OK;
 }
 
+/* ======== >>attributes  (src/attributes.h) ===================================================================== */
+/* attributes.h - what springls carry besides themselves. The springls change as they would without; at the end of a stage that has
+   added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the fate that
+   contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a function of the
+   correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+
+SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute, int i)
+{
+    return (float *)attribute->values.data + (size_t)i * (size_t)attribute->channels;
+}
+
+SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
+{
+    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), (size_t)attribute->channels * sizeof(float));
+}
+
+SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
+{
+    size_t row = (size_t)attribute->channels * sizeof(float);
+    return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
+}
+
+SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
+{
+    return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
+}
+
+/* ---- the springls around a place, and their weights ---- */
+
+enum { SPRINGLS__DONORS = 24 };
+
+/* index[0] has the nearest correspondence. */
+typedef struct springls__donors { int index[SPRINGLS__DONORS], count; float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; } springls__donors;
+
+typedef struct springls__donor_search {
+    const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
+    const springls__v3 *a;         /* and this their correspondences                        */
+    int known;                     /* how many have values                                  */
+} springls__donor_search;
+
+SPRINGLS__FN void springls__donors_add(springls__donors *donors, int index, float d2)
+{
+    int i, last = donors->count - 1;
+    if (donors->count == SPRINGLS__DONORS && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
+    i = donors->count < SPRINGLS__DONORS ? donors->count++ : last;
+    for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
+        donors->d2[i] = donors->d2[i - 1];
+        donors->index[i] = donors->index[i - 1];
+    }
+    donors->d2[i] = d2;
+    donors->index[i] = index;
+}
+
+/* Solves the symmetric positive 3x3 system m x = b. */
+SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3])
+{
+    double det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+               + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    int k;
+    for (k = 0; k < 3; k++) {
+        int u = (k + 1) % 3, v = (k + 2) % 3;
+        double c[3];
+        c[0] = m[u][1] * m[v][2] - m[u][2] * m[v][1];
+        c[1] = m[u][2] * m[v][0] - m[u][0] * m[v][2];
+        c[2] = m[u][0] * m[v][1] - m[u][1] * m[v][0];
+        x[k] = (c[0] * b[0] + c[1] * b[1] + c[2] * b[2]) / det;
+    }
+}
+
+/* Sums over the donors, each with its weight: what is needed to fit a plane about the correspondence a. */
+typedef struct springls__plane { double weight, mean[3], slope[3]; } springls__plane;
+
+SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *donors, double r[SPRINGLS__DONORS][3])
+{
+    const double ridge = 1e-4; /* across the original surface, where the donors have no extent */
+    springls__plane plane;
+    double m[3][3], trace;
+    int i, j, k;
+    memset(&plane, 0, sizeof plane);
+    memset(m, 0, sizeof m);
+    for (i = 0; i < donors->count; i++) {
+        plane.weight += (double)donors->weight[i];
+        for (k = 0; k < 3; k++) plane.mean[k] += (double)donors->weight[i] * r[i][k];
+    }
+    for (k = 0; k < 3; k++) plane.mean[k] /= plane.weight;
+    for (i = 0; i < donors->count; i++)
+        for (j = 0; j < 3; j++)
+            for (k = 0; k < 3; k++) m[j][k] += (double)donors->weight[i] * (r[i][j] - plane.mean[j]) * (r[i][k] - plane.mean[k]);
+    trace = m[0][0] + m[1][1] + m[2][2];
+    for (k = 0; k < 3; k++) m[k][k] += ridge * trace + 1e-12 * plane.weight;
+    springls__solve3(m, plane.mean, plane.slope);
+    return plane;
+}
+
+/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a, exact for
+   linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted again; where that does
+   not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of values, and stays within their range. */
+SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springls__v3 *places, springls__v3 a)
+{
+    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0;
+    float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
+    springls__plane plane;
+    int i, k, left = donors->count, worst;
+    for (i = 0; i < donors->count; i++) {
+        float t = donors->d2[i] / range2;
+        springls__v3 d = springls__sub(places[donors->index[i]], a);
+        donors->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
+        r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
+    }
+    do {
+        plane = springls__donors_plane(donors, r);
+        worst = -1;
+        for (i = 0; i < donors->count; i++) {
+            lean[i] = 0.0;
+            for (k = 0; k < 3; k++) lean[i] += plane.weight * (r[i][k] - plane.mean[k]) * plane.slope[k];
+            if (donors->weight[i] == 0.0f || lean[i] <= 1.0) continue;
+            if (worst < 0 || (double)donors->weight[i] * (lean[i] - 1.0) > (double)donors->weight[worst] * (lean[worst] - 1.0)) worst = i;
+        }
+        if (worst >= 0 && left > 3) donors->weight[worst] = 0.0f;
+    } while (worst >= 0 && left-- > 3);
+    for (i = 0; i < donors->count; i++)
+        if (donors->weight[i] > 0.0f && lean[i] * limit > 1.0) limit = 1.0 / lean[i];
+    for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)((1.0 - limit * lean[i]) / plane.weight);
+}
+
+/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there are none
+   on this side, the nearest of all. */
+SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n, springls__v3 a, float reach)
+{
+    const springls__surface *surface = &search->ctx->springl_surface;
+    const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
+    springls__donors donors;
+    float radius = 2.5f * springls__max(1.0f, reach), further2;
+    int attempt, j;
+    donors.count = 0;
+    for (attempt = 0; attempt < 4 && donors.count < 3; attempt++, radius *= 2.0f) {
+        springls__near_walk walk = springls__near_walk_begin(surface, x, radius * stretch);
+        donors.count = 0;
+        while ((j = springls__near_walk_next(&walk)) >= 0) {
+            springls__tri t;
+            if (j >= search->known) continue;
+            t = springls__surface_triangle(surface, j);
+            if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
+            if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
+            springls__donors_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
+        }
+    }
+    if (donors.count == 0) {
+        springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
+        float best = FLT_MAX;
+        while ((j = springls__near_walk_next(&walk)) >= 0) {
+            float d2;
+            if (j >= search->known) continue;
+            d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
+            if (d2 > best || (d2 == best && donors.count && j > donors.index[0])) continue;
+            best = d2;
+            donors.index[0] = j;
+            donors.count = 1;
+        }
+        donors.d2[0] = 0.0f;
+    }
+    radius = 2.5f * springls__max(1.0f, reach);
+    further2 = 2.0f * donors.d2[0] + 16.0f * radius * radius; /* met here, but from another part of the original */
+    while (donors.count > 1 && donors.d2[donors.count - 1] > further2) donors.count--;
+    if (donors.count) springls__donors_weigh(&donors, search->a, a);
+    return donors;
+}
+
+/* donors of a springl that is there now. */
+SPRINGLS__FN springls__donors springls__donors_of_springl(const springls__donor_search *search, int i)
+{
+    const springls_context *ctx = search->ctx;
+    springls__springl s = ctx->model.set.s[i];
+    springls__tri t;
+    t.a = springls__voxel_to_model(ctx, s.q[0]);
+    t.b = springls__voxel_to_model(ctx, s.q[1]);
+    t.c = springls__voxel_to_model(ctx, s.q[2]);
+    return springls__donors_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.reach);
+}
+
+SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, const springls__donors *donors, float *out)
+{
+    int i, c;
+    for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
+    for (i = 0; i < donors->count; i++)
+        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
+}
+
+/* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
+SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend, float *out)
+{
+    size_t bytes = (size_t)attribute->channels * sizeof *out;
+    if (donors->count == 0) memset(out, 0, bytes);
+    else if (blend) springls__donors_blend(attribute, donors, out);
+    else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
+}
+
+/* ---- split ---- */
+
+SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, springls_policy policy)
+{
+    int i, channels = 0;
+    for (i = 0; i < ctx->attribute_count; i++) channels += ctx->attributes[i].split == policy ? ctx->attributes[i].channels : 0;
+    return channels;
+}
+
+SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
+{
+    size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
+    if (!blended) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
+    return SPRINGLS_OK;
+}
+
+/* The springl of an id, among the first `count`: ids ascend. */
+SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, int count)
+{
+    int low = 0, high = count;
+    while (high - low > 1) {
+        int middle = low + (high - low) / 2;
+        if (ctx->model.set.id[middle] <= id) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
+/* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
+typedef struct springls__inherit_job { springls_context *ctx; springls__donor_search search; int blended; float *values; } springls__inherit_job;
+
+SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
+{
+    return springls__row_of_id(job->ctx, job->ctx->model.set.parent[child], job->search.known);
+}
+
+/* Blended values of both halves, from those that the springls had before. */
+SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    float *out = job->values + 2 * (size_t)begin * (size_t)job->blended;
+    int half, i;
+    for (; begin < end; begin++)
+        for (half = 0; half < 2; half++) {
+            int child = job->search.known + begin;
+            springls__donors donors = springls__donors_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            for (i = 0; i < job->ctx->attribute_count; i++) {
+                const springls__attribute *attribute = &job->ctx->attributes[i];
+                if (attribute->split != SPRINGLS_BLEND) continue;
+                springls__donors_value(attribute, &donors, true, out);
+                out += attribute->channels;
+            }
+        }
+}
+
+SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    const float *in = job->values + 2 * (size_t)begin * (size_t)job->blended;
+    int i, c;
+    for (; begin < end; begin++, in += 2 * job->blended) {
+        int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
+        for (i = 0; i < job->ctx->attribute_count; i++) {
+            const springls__attribute *attribute = &job->ctx->attributes[i];
+            float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
+            for (c = 0; c < attribute->channels; c++) {
+                if (attribute->split == SPRINGLS_BLEND) first[c] = in[at + c];
+                if (attribute->split == SPRINGLS_SHARE) first[c] *= 0.5f;
+                second[c] = attribute->split == SPRINGLS_BLEND ? in[job->blended + at + c] : first[c];
+            }
+            if (attribute->split == SPRINGLS_BLEND) at += attribute->channels;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
+{
+    springls__inherit_job job;
+    int added = ctx->model.set.count - known;
+    if (!ctx->attribute_count) return;
+    if (springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(PARENT), 0) != SPRINGLS_OK) return;
+    job.ctx = ctx;
+    job.search.ctx = ctx;
+    job.search.a = (const springls__v3 *)ctx->attribute_memory[SPRINGLS__OLD_PLACES].data;
+    job.search.known = known;
+    job.blended = springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
+    if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
+    springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
+}
+
+/* ---- fill ---- */
+
+SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
+{
+    const springls__inherit_job *job = (const springls__inherit_job *)arg;
+    int i;
+    for (; begin < end; begin++) {
+        int child = job->search.known + begin;
+        springls__donors donors = springls__donors_of_springl(&job->search, child);
+        for (i = 0; i < job->ctx->attribute_count; i++) {
+            const springls__attribute *attribute = &job->ctx->attributes[i];
+            float *row = springls__attribute_row(attribute, child);
+            if (attribute->fill == SPRINGLS_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
+            else springls__donors_value(attribute, &donors, attribute->fill == SPRINGLS_BLEND, row);
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__attributes_fill(springls_context *ctx, int known)
+{
+    springls__inherit_job job;
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count, known));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.search.ctx = ctx;
+    job.search.a = ctx->model.set.a;
+    job.search.known = known;
+    springls__parallel(ctx, ctx->model.set.count - known, 32, springls__fill_rows_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known)
+{
+    springls_status status;
+    if (!ctx->attribute_count || ctx->model.set.count == known) return SPRINGLS_OK;
+    status = springls__attributes_fill(ctx, known);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    ctx->stats.added -= ctx->model.set.count - known;
+    ctx->model.set.count = known;
+    springls__constellation_changed(ctx);
+    return status;
+}
+
+/* ---- merge ---- */
+
+/* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
+typedef struct springls__heir { int index; float distance, area; } springls__heir;
+
+SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const uint8_t *fate, int i)
+{
+    const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
+    const springls__springl *s = ctx->model.set.s;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, s[i].p),
+                                                         range * ctx->largest_spacing / ctx->smallest_spacing);
+    springls__v3 n = springls__springl_normal(s[i]);
+    float best = range * range;
+    springls__heir heir;
+    int j;
+    heir.index = -1;
+    heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
+    while (fate[i] == SPRINGLS__REMOVE && (j = springls__near_walk_next(&walk)) >= 0) {
+        float d2 = springls__length2(springls__sub(s[j].p, s[i].p));
+        if (fate[j] == SPRINGLS__REMOVE || d2 > best || (d2 == best && heir.index >= 0 && j > heir.index)) continue;
+        if (springls__dot(springls__springl_normal(s[j]), n) <= alike) continue;
+        best = d2;
+        heir.index = j;
+    }
+    heir.distance = springls__sqrt(best);
+    return heir;
+}
+
+typedef struct springls__heirs_job { const springls_context *ctx; const uint8_t *fate; springls__heir *heirs; } springls__heirs_job;
+
+SPRINGLS__FN void springls__heirs_task(void *arg, int begin, int end)
+{
+    const springls__heirs_job *job = (const springls__heirs_job *)arg;
+    for (; begin < end; begin++) job->heirs[begin] = springls__heir_of(job->ctx, job->fate, begin);
+}
+
+SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
+{
+    int i;
+    for (i = 0; i < ctx->attribute_count; i++)
+        if (ctx->attributes[i].merge != SPRINGLS_COPY) return true;
+    return false;
+}
+
+/* SCRATCH1 has the fate of every springl. */
+SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
+{
+    springls__heirs_job job;
+    size_t count = (size_t)ctx->model.set.count;
+    if (!ctx->attribute_count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
+    if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    job.ctx = ctx;
+    job.fate = (const uint8_t *)ctx->model.scratch[1];
+    job.heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+    springls__parallel(ctx, (int)count, 256, springls__heirs_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
+SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
+{
+    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
+    int c;
+    for (c = 0; c < attribute->channels; c++) to[c] = attribute->merge == SPRINGLS_SHARE ? to[c] + from[c] : to[c] + share * (from[c] - to[c]);
+}
+
+/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but leaves
+   its share. */
+SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
+{
+    springls__heir *heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+    int i, k;
+    for (i = 0; i < count; i++) {
+        springls__heir *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
+        bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
+        if (!heir) continue;
+        for (k = 0; k < ctx->attribute_count; k++)
+            if (ctx->attributes[k].merge != SPRINGLS_COPY)
+                springls__merge_row(&ctx->attributes[k], heirs[i].index, i, merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
+        if (merged) heir->area += heirs[i].area;
+    }
+}
+
+SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count)
+{
+    const uint8_t *fate = (const uint8_t *)ctx->model.scratch[1];
+    int i, k, n;
+    if (!ctx->attribute_count || ctx->lost) return;
+    if (springls__attributes_merge(ctx)) springls__merge_rows(ctx, count);
+    for (k = 0; k < ctx->attribute_count; k++)
+        for (i = n = 0; i < count; i++)
+            if (fate[i] != SPRINGLS__REMOVE) springls__row_copy(&ctx->attributes[k], n++, i);
+}
+
+/* ---- public ---- */
+
+SPRINGLS__FN bool springls__policy_known(springls_policy policy)
+{
+    return policy == SPRINGLS_COPY || policy == SPRINGLS_BLEND || policy == SPRINGLS_SHARE;
+}
+
+/* The attribute of a number; NULL, and the reason, where there is none. */
+SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
+{
+    if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
+    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: attribute %d of %d", call, index, ctx->attribute_count);
+    return NULL;
+}
+
+SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, const springls_attribute_desc *desc)
+{
+    const char *call = "add_attribute";
+    size_t length = desc && desc->name ? strlen(desc->name) : 0;
+    if (length == 0 || length > SPRINGLS_MAX_NAME)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call, SPRINGLS_MAX_NAME);
+    if (springls_find_attribute(ctx, desc->name) >= 0)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
+    if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels, SPRINGLS_MAX_CHANNELS);
+    if (!springls__policy_known(desc->split) || !springls__policy_known(desc->fill) || !springls__policy_known(desc->merge))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: an unknown policy", call);
+    if (ctx->attribute_count == SPRINGLS_MAX_ATTRIBUTES)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: more than %d attributes", call, SPRINGLS_MAX_ATTRIBUTES);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__attribute_fill(springls_context *ctx, springls__attribute *attribute, const float *values)
+{
+    size_t bytes = (size_t)ctx->model.set.count * (size_t)attribute->channels * sizeof *values;
+    if (values) memcpy(attribute->values.data, values, bytes);
+    else memset(attribute->values.data, 0, bytes);
+}
+
+SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, const float *values, size_t count, const char *call)
+{
+    size_t i;
+    for (i = 0; values && i < count; i++)
+        if (!(values[i] >= -FLT_MAX && values[i] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: value %lu is not finite", call, (unsigned long)i);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values, int *index)
+{
+    springls__attribute *attribute;
+    if (index) *index = -1;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__check_attribute(ctx, desc));
+    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
+    attribute = &ctx->attributes[ctx->attribute_count];
+    attribute->channels = desc->channels;
+    SPRINGLS__TRY(springls__rows_reserve(ctx, attribute, ctx->model.set.count, 0));
+    memcpy(attribute->name, desc->name, strlen(desc->name) + 1);
+    attribute->split = desc->split;
+    attribute->fill = desc->fill;
+    attribute->merge = desc->merge;
+    springls__attribute_fill(ctx, attribute, values);
+    if (index) *index = ctx->attribute_count;
+    ctx->attribute_count++;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index)
+{
+    springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    attribute = springls__attribute_at(ctx, index, "remove_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    springls__buffer_free(ctx, &attribute->values);
+    ctx->attribute_count--;
+    for (; index < ctx->attribute_count; index++) ctx->attributes[index] = ctx->attributes[index + 1];
+    memset(&ctx->attributes[index].values, 0, sizeof ctx->attributes[index].values);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx) { return ctx ? ctx->attribute_count : 0; }
+
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out)
+{
+    const springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    attribute = springls__attribute_at(ctx, index, "describe_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "describe_attribute: out is NULL");
+    out->name = attribute->name;
+    out->channels = attribute->channels;
+    out->split = attribute->split;
+    out->fill = attribute->fill;
+    out->merge = attribute->merge;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name)
+{
+    int i;
+    for (i = 0; ctx && name && i < ctx->attribute_count; i++)
+        if (strcmp(ctx->attributes[i].name, name) == 0) return i;
+    return -1;
+}
+
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values)
+{
+    springls__attribute *attribute;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    attribute = springls__attribute_at(ctx, index, "set_attribute");
+    if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));
+    springls__attribute_fill(ctx, attribute, values);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index)
+{
+    springls_view view;
+    memset(&view, 0, sizeof view);
+    if (!ctx || index < 0 || index >= ctx->attribute_count) return view;
+    view.count = ctx->model.set.count;
+    view.data = view.count ? (const float *)ctx->attributes[index].values.data : NULL;
+    view.stride = (size_t)ctx->attributes[index].channels * sizeof(float);
+    return view;
+}
+
+typedef struct springls__mesh_attribute_job {
+    springls__donor_search search;
+    const springls_mesh *mesh;
+    const springls__attribute *attribute;
+    float *out;
+} springls__mesh_attribute_job;
+
+SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
+{
+    const springls__mesh_attribute_job *job = (const springls__mesh_attribute_job *)arg;
+    const springls_context *ctx = job->search.ctx;
+    float side = springls__is_mirrored(ctx) ? -1.0f : 1.0f; /* the normals of springls point inwards in a mirrored world */
+    for (; begin < end; begin++) {
+        size_t v = 3 * (size_t)begin;
+        springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
+        springls__donors donors = springls__donors_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
+                                             springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
+        springls__donors_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_BLEND,
+                            job->out + (size_t)begin * (size_t)job->attribute->channels);
+    }
+}
+
+SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out)
+{
+    springls__mesh_attribute_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    job.attribute = springls__attribute_at(ctx, index, "mesh_attribute");
+    if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
+    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__model_refresh(ctx));
+    job.search.ctx = ctx;
+    job.search.a = ctx->model.set.a;
+    job.search.known = ctx->model.set.count;
+    job.mesh = mesh;
+    job.out = out;
+    springls__parallel(ctx, mesh->vertex_count, 32, springls__mesh_attribute_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out)
+{
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(BIRTH) | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(PARENT)));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "get_confidence: out is NULL");
+    for (i = 0; i < ctx->model.set.count; i++) {
+        uint32_t birth = ctx->model.set.birth[i];
+        out[i].kind = (springls_kind)(birth & 3u);
+        out[i].age = (int)((ctx->model.set.step - (birth >> 2)) & 0x3fffffffu);
+        out[i].generation = ctx->model.set.generation[i];
+        out[i].parent = ctx->model.set.parent[i];
+    }
+    return SPRINGLS_OK;
+}
+
+/* ======== >>material  (src/material.h) ========================================================================= */
+/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of them
+   does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+
+/* The place on the original that is closest to a, as numbered in the mesh given. */
+SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
+{
+    springls_material out;
+    memset(&out, 0, sizeof out);
+    out.triangle = -1;
+    if (h->triangle >= 0) springls__source_of(&ctx->original, h, &out.triangle, out.barycentric);
+    return out;
+}
+
+typedef struct springls__material_job {
+    const springls_context *ctx;
+    const springls_mesh *mesh;
+    const int *neighbors, *inner; /* inner: of a triangle of the mesh given, its number in ctx->original; -1: dropped */
+    springls_material *out;
+} springls__material_job;
+
+SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    int guess = -1;
+    for (; begin < end; begin++) {
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX, guess);
+        job->out[begin] = springls__material_of(job->ctx, &h);
+        guess = h.triangle;
+    }
+}
+
+SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
+{
+    return springls__world_to_voxel(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
+}
+
+SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    int guess = -1;
+    for (; begin < end; begin++) {
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin), FLT_MAX, guess);
+        job->out[begin] = springls__material_of(job->ctx, &h);
+        guess = h.triangle;
+    }
+}
+
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out)
+{
+    springls__material_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(A)));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_materials: out is NULL");
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.out = out;
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__springl_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out, const char *call)
+{
+    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out)
+{
+    springls__material_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_materials"));
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    job.mesh = mesh;
+    job.out = out;
+    springls__parallel(ctx, mesh->vertex_count, 64, springls__mesh_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* ---- on one side of every seam ---- */
+
+enum { SPRINGLS__PATCH = 256 };
+
+/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through triangles
+   within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
+SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, int start, springls__v3 x, float r,
+                                             const springls__v3 points[3], springls__surface_hit best[3])
+{
+    const springls__surface *surface = &job->ctx->original;
+    int patch[SPRINGLS__PATCH], count = 1, head, k, m, i;
+    patch[0] = start;
+    for (k = 0; k < 3; k++) best[k].hit.d2 = FLT_MAX;
+    for (head = 0; head < count; head++) {
+        int inner = job->inner ? job->inner[patch[head]] : patch[head];
+        if (inner >= 0) {
+            springls__tri t = springls__surface_triangle(surface, inner);
+            if (head > 0 && springls__tri_closest(t, x).d2 > r * r) continue;
+            for (k = 0; k < 3; k++) {
+                springls__tri_hit hit = springls__tri_closest(t, points[k]);
+                if (hit.d2 >= best[k].hit.d2) continue;
+                best[k].hit = hit;
+                best[k].triangle = inner;
+            }
+        }
+        for (m = 0; m < 3; m++) {
+            int next = job->neighbors[3 * (size_t)patch[head] + (size_t)m];
+            for (i = 0; i < count && patch[i] != next; i++) continue;
+            if (next >= 0 && i == count && count < SPRINGLS__PATCH) patch[count++] = next;
+        }
+    }
+}
+
+SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
+{
+    const springls__material_job *job = (const springls__material_job *)arg;
+    const springls__surface *surface = &job->ctx->original;
+    int k;
+    for (; begin < end; begin++) {
+        springls__surface_hit center, corner[3];
+        springls__v3 points[3], x;
+        springls_material start;
+        float r = 0.0f;
+        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
+        x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
+        center = springls__surface_closest(surface, x, FLT_MAX);
+        start = springls__material_of(job->ctx, &center);
+        for (k = 0; k < 3; k++) {
+            job->out[3 * (size_t)begin + (size_t)k] = start;
+            r = springls__max(r, springls__length(springls__sub(points[k], x)));
+        }
+        if (start.triangle < 0) continue;
+        r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
+        springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
+        for (k = 0; k < 3; k++) job->out[3 * (size_t)begin + (size_t)k] = springls__material_of(job->ctx, &corner[k]);
+    }
+}
+
+SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
+
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors, springls_material *out)
+{
+    springls__material_job job;
+    int i, given;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "corner_materials"));
+    if (!neighbors) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: neighbors is NULL");
+    given = springls_material_count(ctx);
+    for (i = 0; i < 3 * given; i++)
+        if (neighbors[i] < -1 || neighbors[i] >= given)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3, neighbors[i], given);
+    memset(&job, 0, sizeof job);
+    if (ctx->original.source) {
+        int *inner;
+        SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
+        inner = (int *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+        for (i = 0; i < given; i++) inner[i] = -1;
+        for (i = 0; i < ctx->original.count; i++) inner[ctx->original.source[i] / 2] = i;
+        job.inner = inner;
+    }
+    job.ctx = ctx;
+    job.mesh = mesh;
+    job.neighbors = neighbors;
+    job.out = out;
+    springls__parallel(ctx, mesh->triangle_count, 32, springls__corner_materials_task, &job);
+    return SPRINGLS_OK;
+}
+
+/* ---- seams ---- */
+
+/* The triangles' corners by position and values: corners that agree in both are one, and get its number. */
+typedef struct springls__seam_search {
+    const float *positions, *values;
+    const int *triangles;
+    size_t stride;
+    int channels, *first;
+    springls__buffer memory[2];
+} springls__seam_search;
+
+SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, int b)
+{
+    const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[a]);
+    const float *q = springls__mesh_position(s->positions, s->stride, s->triangles[b]);
+    int c;
+    if (p[0] != q[0] || p[1] != q[1] || p[2] != q[2]) return false;
+    for (c = 0; c < s->channels; c++)
+        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels + (size_t)c]) return false;
+    return true;
+}
+
+SPRINGLS__FN size_t springls__table_size(size_t entries)
+{
+    size_t size = 16;
+    while (size < 2 * entries) size *= 2;
+    return size;
+}
+
+SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, springls__seam_search *s, int corners)
+{
+    size_t size = springls__table_size((size_t)corners), slot;
+    int i, *table;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &s->memory[0], (size_t)corners, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &s->memory[1], size, sizeof(int), 0));
+    s->first = (int *)s->memory[0].data;
+    table = (int *)s->memory[1].data;
+    for (slot = 0; slot < size; slot++) table[slot] = -1;
+    for (i = 0; i < corners; i++) {
+        const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
+        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f), springls__float_bits(p[2] + 0.0f)) & (size - 1);
+        while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
+        if (table[slot] < 0) table[slot] = i;
+        s->first[i] = table[slot];
+    }
+    return SPRINGLS_OK;
+}
+
+/* Half-edges by their two ends, whichever way they run: the second of a pair is the first one's neighbour, a third has none. */
+SPRINGLS__FN void springls__seam_edges(springls__seam_search *s, int corners, int *neighbors)
+{
+    size_t size = springls__table_size((size_t)corners), slot;
+    int i, *table = (int *)s->memory[1].data;
+    for (slot = 0; slot < size; slot++) table[slot] = -1;
+    for (i = 0; i < corners; i++) neighbors[i] = -1;
+    for (i = 0; i < corners; i++) {
+        int a = s->first[i], b = s->first[springls__mesh_next(i)], low = a < b ? a : b, high = a < b ? b : a;
+        slot = springls__mesh_hash((uint32_t)low, (uint32_t)high, 1u) & (size - 1);
+        for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
+            int c = s->first[table[slot]], d = s->first[springls__mesh_next(table[slot])];
+            if ((c == a && d == b) || (c == b && d == a)) break;
+        }
+        if (table[slot] < 0) {
+            table[slot] = i;
+        } else if (neighbors[table[slot]] < 0) {
+            neighbors[table[slot]] = i / 3;
+            neighbors[i] = table[slot] / 3;
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__find_seams(springls_context *ctx, springls__seam_search *s, int corners, int *neighbors)
+{
+    SPRINGLS__TRY(springls__seam_corners(ctx, s, corners));
+    springls__seam_edges(s, corners, neighbors);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
+                                                 const int *triangles, int triangle_count, const float *values, int channels, int *neighbors)
+{
+    springls__seam_search search;
+    springls_status status;
+    int i;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS || (channels > 0 && !values)
+        || (triangle_count > 0 && (!positions || !triangles || !neighbors)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a NULL array, or a count out of range");
+    if (stride == 0) stride = 3 * sizeof(float);
+    if (stride < 3 * sizeof(float) || stride % sizeof(float))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
+    for (i = 0; i < 3 * triangle_count; i++)
+        if (triangles[i] < 0 || triangles[i] >= position_count)
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i], position_count);
+    if (triangle_count == 0) return SPRINGLS_OK;
+    memset(&search, 0, sizeof search);
+    search.positions = positions;
+    search.stride = stride;
+    search.triangles = triangles;
+    search.values = values;
+    search.channels = channels;
+    status = springls__find_seams(ctx, &search, 3 * triangle_count, neighbors);
+    for (i = 0; i < 2; i++) springls__buffer_free(ctx, &search.memory[i]);
+    return status;
+}
+
+/* ---- values at places ---- */
+
+SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+                                             const int *triangles, int triangle_count, float *out)
+{
+    int i, k, c;
+    if (count < 0 || channels < 1 || triangle_count < 0 || (count > 0 && (!places || !values || !out))) return SPRINGLS_INVALID_ARGUMENT;
+    for (i = 0; i < count; i++)
+        if (places[i].triangle < -1 || places[i].triangle >= triangle_count) return SPRINGLS_INVALID_ARGUMENT;
+    for (i = 0; i < count; i++, out += channels) {
+        for (c = 0; c < channels; c++) out[c] = 0.0f;
+        for (k = 0; k < 3 && places[i].triangle >= 0; k++) {
+            size_t corner = 3 * (size_t)places[i].triangle + (size_t)k;
+            const float *row = values + (triangles ? (size_t)triangles[corner] : corner) * (size_t)channels;
+            for (c = 0; c < channels; c++) out[c] += places[i].barycentric[k] * row[c];
+        }
+    }
+    return SPRINGLS_OK;
+}
+
 /* ======== >>isosurface  (src/isosurface.h) ===================================================================== */
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
 
@@ -11296,6 +13121,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
+    SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     status = springls__told(ctx, springls__dressed_isosurface(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
@@ -11343,6 +13169,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
@@ -11389,7 +13216,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
+    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
+                             | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -11399,9 +13227,885 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (springls__grid_contains(&ctx->model.grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
-                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
+                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v],
+                                      sizeof(float));
     }
     return hash;
+}
+
+/* ======== >>chunks  (src/chunks.h) ============================================================================= */
+/* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
+   bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
+   chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+
+/* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
+typedef struct springls__crew { uint64_t ids; springls__v3 sum; int count; } springls__crew;
+
+struct springls_chunks {
+    springls_chunks_desc desc;
+    springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
+    springls__crew *crew;       /* of a slot, when it was last meshed                                           */
+    uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
+    uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
+    int *list;
+    springls_chunk *chunk;      /* those that have changed                                                      */
+    springls__buffer top, slot_brick, free_slots, phi, crews, dirt, meshes, touch, lists, chunks, vertices, corners;
+};
+
+SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
+{
+    springls__buffer *const buffers[] = { &c->top, &c->slot_brick, &c->free_slots, &c->phi, &c->crews, &c->dirt,
+                                          &c->meshes, &c->touch, &c->lists,
+                                          &c->chunks, &c->vertices, &c->corners };
+    size_t i;
+    for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
+    springls__release(ctx, c, sizeof *c);
+}
+
+/* Room for slots of bricks that are shown. */
+SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
+{
+    size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float), used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
+    c->shown.slot_brick = (int *)c->slot_brick.data;
+    c->shown.free_slots = (int *)c->free_slots.data;
+    c->shown.phi = (float *)c->phi.data;
+    c->crew = (springls__crew *)c->crews.data;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    size_t bricks = springls__brick_count(g), i;
+    memcpy(c->shown.size, g->size, sizeof g->size);
+    memcpy(c->shown.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top, bricks, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirt, bricks, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->meshes, bricks, 1, 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
+    c->shown.top = (int *)c->top.data;
+    c->dirty = (uint8_t *)c->dirt.data;
+    c->has_mesh = (uint8_t *)c->meshes.data;
+    for (i = 0; i < bricks; i++) c->shown.top[i] = SPRINGLS__OUTSIDE;
+    memset(c->dirty, 0, bricks);
+    memset(c->has_mesh, 0, bricks);
+    c->shown.slot_count = SPRINGLS__FIRST_SLOT;
+    return SPRINGLS_OK;
+}
+
+/* ---- what has changed ---- */
+
+/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its normal
+   on voxels one further. Bits as in springls__reach_of_row. */
+SPRINGLS__FN uint32_t springls__touches(int v)
+{
+    int x = v & 7, y = v >> 3 & 7, z = v >> 6;
+    return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
+}
+
+typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
+
+/* Voxels of a listed brick that have left the tolerance are shown as they are now. */
+SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    springls_chunks *c = job->chunks;
+    const springls__grid *g = &job->ctx->model.grid;
+    const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    int v;
+    for (; begin < end; begin++) {
+        const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        uint32_t touched = 0u;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            float before = shown[v];
+            if (springls__fabs(now[v] - before) <= tolerance && (now[v] < 0.0f) == (before < 0.0f)) continue;
+            shown[v] = now[v];
+            /* far from the surface it moves neither vertices nor normals */
+            if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
+        }
+        c->touched[begin] = touched;
+    }
+}
+
+/* Bricks whose values may differ from those shown, to `list`; each is given a slot. */
+SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__grid *shown = &c->shown;
+    int bricks = (int)springls__brick_count(g), i, n = 0, fresh = 0;
+    for (i = 0; i < bricks; i++) {
+        bool here = shown->top[i] >= SPRINGLS__FIRST_SLOT;
+        if (!here && g->top[i] == shown->top[i]) continue;
+        n++;
+        fresh += !here;
+    }
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->lists, (size_t)n + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->touch, (size_t)n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, shown->slot_count + fresh));
+    c->list = (int *)c->lists.data;
+    c->touched = (uint32_t *)c->touch.data;
+    shown->far_value = g->far_value;
+    springls__fill(shown->phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(shown->phi, SPRINGLS__INSIDE, -g->far_value);
+    for (i = n = 0; i < bricks; i++) {
+        int side = shown->top[i], slot;
+        if (side < SPRINGLS__FIRST_SLOT && g->top[i] == side) continue;
+        c->list[n++] = i;
+        if (side >= SPRINGLS__FIRST_SLOT) continue;
+        slot = shown->free_count ? shown->free_slots[--shown->free_count] : shown->slot_count++;
+        shown->top[i] = slot;
+        shown->slot_brick[slot] = i;
+        springls__fill(shown->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
+        memset(&c->crew[slot], 0, sizeof c->crew[slot]);
+    }
+    *count = n;
+    return SPRINGLS_OK;
+}
+
+/* All that a change of listed brick i reaches is to be meshed again. */
+SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
+{
+    int origin[3], at[3], d;
+    springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
+    for (d = 0; d < 27 && c->touched[i]; d++)
+        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at)) c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+}
+
+/* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
+SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__crew *crew;
+    void *memory;
+    int i, slot;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)c->shown.slot_count, sizeof *crew, &memory));
+    crew = (springls__crew *)memory;
+    memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__v3 p = ctx->model.set.s[i].p;
+        slot = springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
+        crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        crew[slot].sum = springls__add(crew[slot].sum, p);
+        crew[slot].count++;
+    }
+    for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
+        float most = c->desc.tolerance * (float)crew[slot].count;
+        if (c->shown.slot_brick[slot] < 0) continue;
+        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most) continue;
+        c->crew[slot] = crew[slot];
+        c->dirty[c->shown.slot_brick[slot]] = 1;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Bricks that have become constant give their slot back. */
+SPRINGLS__FN void springls__drop_shown(springls_context *ctx, springls_chunks *c, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->shown.top[brick];
+        if (side >= SPRINGLS__FIRST_SLOT) continue;
+        c->shown.top[brick] = side;
+        c->shown.slot_brick[slot] = -1;
+        c->shown.free_slots[c->shown.free_count++] = slot;
+    }
+}
+
+/* ---- meshes ---- */
+
+/* The vertex that lies on an edge of a cube: one number for all cubes around the edge. */
+SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
+{
+    int corner = springls__mc_edge_corner(edge);
+    return 3 * springls__tile_index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)) + springls__mc_edge_axis(edge);
+}
+
+/* Marching cubes of a chunk, vertices (voxels) numbered as triangles come to them. Both NULL: it only counts. */
+SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
+{
+    const springls__grid *g = &c->shown;
+    float tile[SPRINGLS__TILE_VOXELS];
+    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* from 1 on; 0: none yet */
+    int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
+    springls__cube_range range;
+    chunk->vertex_count = chunk->triangle_count = 0;
+    if (slot < SPRINGLS__FIRST_SLOT) return;
+    memset(number, 0, sizeof number);
+    range = springls__brick_cubes(g, slot);
+    springls__load_tile(g, g->phi, slot, springls__alone(), tile);
+    for (z = range.lo[2]; z <= range.hi[2]; z++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++)
+            for (x = range.lo[0]; x <= range.hi[0]; x++) {
+                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+                int mask = springls__mc_case(cell);
+                for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+                    int edge = springls__mc_edge(mask, 0, k);
+                    uint16_t *n = &number[springls__edge_number(x, y, z, edge)];
+                    if (!*n) {
+                        if (vertex) vertex[chunk->vertex_count] = springls__cube_vertex(&range, cell, x, y, z, edge);
+                        *n = (uint16_t)++chunk->vertex_count;
+                    }
+                    if (corner) corner[3 * chunk->triangle_count + k] = (uint16_t)(*n - 1);
+                }
+                chunk->triangle_count += springls__mc_count(mask);
+            }
+}
+
+SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
+}
+
+/* Its arrays are there; positions hold voxels, then the world. */
+SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
+{
+    springls__v3 *place = (springls__v3 *)(void *)chunk->positions;
+    int i;
+    springls__mesh_chunk(c, chunk, place, chunk->triangles);
+    for (i = 0; i < chunk->vertex_count; i++) {
+        springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
+        memcpy(chunk->normals + 3 * i, &n, sizeof n);
+        springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
+        if (c->desc.material) {
+            int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
+            if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
+            springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
+            chunk->ids[i] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+        }
+    }
+    for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
+        uint16_t one = chunk->triangles[3 * i + 1];
+        chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
+        chunk->triangles[3 * i + 2] = one;
+    }
+}
+
+SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
+}
+
+/* The dirty bricks as chunks without arrays. */
+SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const springls__grid *g = &c->shown;
+    int bricks = (int)springls__brick_count(g), i, n = 0;
+    for (i = 0; i < bricks; i++) n += c->dirty[i];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunks, (size_t)n + 1, sizeof *c->chunk, 0));
+    c->chunk = (springls_chunk *)c->chunks.data;
+    memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
+    for (i = n = 0; i < bricks; i++) {
+        if (!c->dirty[i]) continue;
+        c->chunk[n].brick[0] = i % g->bricks[0];
+        c->chunk[n].brick[1] = i / g->bricks[0] % g->bricks[1];
+        c->chunk[n++].brick[2] = i / (g->bricks[0] * g->bricks[1]);
+    }
+    *count = n;
+    return SPRINGLS_OK;
+}
+
+/* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
+SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const size_t words = c->desc.material ? 10 : 6; /* a vertex */
+    size_t vertices = 0, corners = 0;
+    int i, n = 0;
+    for (i = 0; i < *count; i++) {
+        const int *b = c->chunk[i].brick;
+        vertices += (size_t)c->chunk[i].vertex_count;
+        corners += 3 * (size_t)c->chunk[i].triangle_count;
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])]) c->chunk[n++] = c->chunk[i];
+    }
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
+    *count = n;
+    vertices = corners = 0;
+    for (i = 0; i < n; i++) {
+        springls_chunk *chunk = &c->chunk[i];
+        size_t v = (size_t)chunk->vertex_count;
+        if (!v) continue;
+        chunk->positions = (float *)c->vertices.data + vertices * words;
+        chunk->normals = chunk->positions + 3 * v;
+        if (c->desc.material) {
+            chunk->correspondences = chunk->normals + 3 * v;
+            chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
+        }
+        chunk->triangles = (uint16_t *)c->corners.data + corners;
+        vertices += v;
+        corners += 3 * (size_t)chunk->triangle_count;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
+{
+    springls__chunk_job job;
+    int listed, i;
+    job.ctx = ctx;
+    job.chunks = c;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    if (c->desc.material) SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
+    springls__parallel(ctx, listed, 16, springls__show_task, &job);
+    for (i = 0; i < listed; i++) springls__mark_around(c, i);
+    if (c->desc.material) SPRINGLS__TRY(springls__muster(ctx, c));
+    springls__drop_shown(ctx, c, listed);
+    SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
+    springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
+    SPRINGLS__TRY(springls__share_out(ctx, c, count));
+    springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
+    memset(c->dirty, 0, springls__brick_count(&c->shown));
+    for (i = 0; i < *count; i++) {
+        const int *b = c->chunk[i].brick;
+        c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- the calls ---- */
+
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out)
+{
+    springls_chunks *c;
+    springls_status status;
+    if (out) *out = NULL;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+    c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
+    if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
+    memset(c, 0, sizeof *c);
+    if (desc) c->desc = *desc;
+    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.01f : springls__max(c->desc.tolerance, 0.0f);
+    status = springls__chunks_make(ctx, c);
+    if (status == SPRINGLS_OK) *out = c;
+    else springls__chunks_free(ctx, c);
+    return status;
+}
+
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
+{
+    if (ctx && chunks) springls__chunks_free(ctx, chunks);
+}
+
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count)
+{
+    springls_status status;
+    if (changed) *changed = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunks || !changed || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    status = springls__chunks_update(ctx, chunks, count);
+    if (status == SPRINGLS_OK) *changed = chunks->chunk;
+    else *count = 0;
+    return springls__told(ctx, status);
+}
+
+/* ======== >>snapshot  (src/snapshot.h) ========================================================================= */
+/* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
+   (SPRINGLS__SECTIONS). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of bricks
+   are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory there,
+   before the model changes. */
+
+typedef struct springls__snapshot_head {
+    char magic[8];
+    uint32_t version, order;  /* order of bytes */
+    uint64_t size, checksum;  /* of the block, and of all behind this head */
+} springls__snapshot_head;
+
+static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
+enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
+
+typedef struct springls__attribute_entry { char name[SPRINGLS_MAX_NAME + 1]; int32_t channels, split, fill, merge; } springls__attribute_entry;
+
+typedef struct springls__snapshot_state {
+    double to_world[12], time;
+    uint64_t reference_stamp;
+    springls_stats stats;
+    springls_params params;
+    int32_t size[3];
+    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks, locked;
+    uint32_t next_id, step;
+    int32_t reference_bricks, original, given, has_source;
+    int32_t attributes;
+    springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
+} springls__snapshot_state;
+
+/* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
+typedef enum springls__section {
+    SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_WAS + 1,
+    SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
+    SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
+    SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_LOCKED,
+    SPRINGLS__SECTION_VALUES,      /* one each attribute */
+    SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__SECTION_REFERENCE_BRICKS,
+    SPRINGLS__SECTION_REFERENCE_PHI,
+    SPRINGLS__SECTION_ORIGINAL,
+    SPRINGLS__SECTION_SOURCE,
+    SPRINGLS__SECTIONS
+} springls__section;
+
+/* Where each section begins; the last number: where the block ends. */
+typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
+
+SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
+
+SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
+{
+    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
+    int a = section - SPRINGLS__SECTION_VALUES;
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
+    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES) return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
+    case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
+    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
+    case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_LOCKED: return (uint64_t)s->locked * sizeof(double);
+    case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
+    case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
+    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 3 * sizeof(springls__v3) : 0;
+    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int) : 0;
+    }
+}
+
+SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const springls__snapshot_state *s)
+{
+    springls__layout layout;
+    uint64_t at = sizeof(springls__snapshot_head) + (sizeof *s + 7) / 8 * 8;
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++) {
+        layout.at[section] = at;
+        at += (springls__section_bytes(g, s, section) + 7) / 8 * 8;
+    }
+    layout.at[SPRINGLS__SECTIONS] = at;
+    return layout;
+}
+
+/* Four independent chains of eight bytes at a time. A change of any one word changes the result. */
+SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
+{
+    const uint64_t prime = 1099511628211u;
+    const char *p = (const char *)data;
+    uint64_t chain[4], word;
+    size_t i, k;
+    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
+    for (i = 0; i + 32 <= bytes; i += 32)
+        for (k = 0; k < 4; k++) {
+            memcpy(&word, p + i + 8 * k, 8);
+            chain[k] = (chain[k] ^ word) * prime;
+            chain[k] ^= chain[k] >> 29;
+        }
+    for (k = 0; i < bytes; i += 8, k++) {
+        word = 0;
+        memcpy(&word, p + i, bytes - i < 8 ? bytes - i : 8);
+        chain[k] = (chain[k] ^ word) * prime;
+    }
+    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
+    return chain[0];
+}
+
+/* ---- out ---- */
+
+SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
+{
+    int i, n = 0, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
+    return n;
+}
+
+/* A number for the reference level set and the original surface, by which a block that leaves them out finds them again. */
+SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.reference;
+    const springls__surface *original = &ctx->original;
+    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value);
+    int i, bricks = (int)springls__brick_count(g);
+    if (ctx->reference_stamp) return ctx->reference_stamp;
+    for (i = 0; i < bricks; i++) {
+        int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
+        if (side == SPRINGLS__OUTSIDE) continue;
+        stamp = springls__checksum(stamp, &i, sizeof i);
+        stamp = springls__checksum(stamp, &side, sizeof side);
+        if (side >= SPRINGLS__FIRST_SLOT) stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof(float));
+    }
+    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
+    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
+    return ctx->reference_stamp = stamp | 1u;
+}
+
+SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+{
+    int i;
+    memset(s, 0, sizeof *s);
+    memcpy(s->to_world, ctx->to_world, sizeof s->to_world);
+    s->time = ctx->time;
+    s->reference_stamp = springls__reference_stamp(ctx);
+    s->stats = ctx->stats;
+    s->params = ctx->model.params;
+    for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
+    s->kind = (int32_t)kind;
+    s->iteration = ctx->iteration;
+    s->count = ctx->model.set.count;
+    s->at_edges = ctx->model.set.at_edges;
+    s->neighbors_age = ctx->neighbors_age;
+    s->has_neighbors = ctx->neighbors_age >= 0;
+    s->bricks = ctx->model.grid.active_count;
+    s->locked = ctx->locked_count;
+    s->next_id = ctx->model.set.next_id;
+    s->step = ctx->model.set.step;
+    s->reference_bricks = springls__active_bricks(&ctx->model.reference);
+    s->original = ctx->original.count;
+    s->given = ctx->original.given;
+    s->has_source = ctx->original.source != NULL;
+    s->attributes = ctx->attribute_count;
+    for (i = 0; i < s->attributes; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        springls__attribute_entry *row = &s->attribute[i];
+        memcpy(row->name, attribute->name, strlen(attribute->name));
+        row->channels = attribute->channels;
+        row->split = (int32_t)attribute->split;
+        row->fill = (int32_t)attribute->fill;
+        row->merge = (int32_t)attribute->merge;
+    }
+}
+
+SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int section, const void *data, uint64_t bytes)
+{
+    if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
+}
+
+/* Sides, numbers and values of a grid's bricks. */
+SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
+{
+    const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) {
+        if (g->top[i] == SPRINGLS__INSIDE) out[layout->at[sides] + (uint64_t)(i >> 3)] = (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        memcpy(numbers, &i, sizeof i);
+        memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
+        numbers += sizeof i;
+        values += brick;
+    }
+}
+
+SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, char *out)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__snapshot_head head;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* what rounding up leaves between the sections */
+        uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
+        memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
+    }
+    memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
+    memcpy(out + sizeof head, s, sizeof *s);
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors, springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
+    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
+    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
+    for (i = 0; i < s->attributes; i++)
+        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data, springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+    if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
+        memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points, springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source, springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+    }
+    memset(&head, 0, sizeof head);
+    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
+    head.version = SPRINGLS__SNAPSHOT_VERSION;
+    head.order = SPRINGLS__BYTE_ORDER;
+    head.size = layout->at[SPRINGLS__SECTIONS];
+    head.checksum = springls__checksum(head.size, out + sizeof head, (size_t)(head.size - sizeof head));
+    memcpy(out, &head, sizeof head);
+}
+
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size)
+{
+    springls__snapshot_state state;
+    springls__layout layout;
+    if (size) *size = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!size || (kind != SPRINGLS_SNAPSHOT_ALL && kind != SPRINGLS_SNAPSHOT_FRAME))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__snapshot_numbers(ctx, kind, &state);
+    layout = springls__layout_of(&ctx->model.grid, &state);
+    *size = (size_t)layout.at[SPRINGLS__SECTIONS];
+    if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+    if (!out) return SPRINGLS_OK;
+    if (room < *size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu", (unsigned long)*size, (unsigned long)room);
+    springls__snapshot_write(ctx, &state, &layout, (char *)out);
+    return SPRINGLS_OK;
+}
+
+/* ---- what may be believed ---- */
+
+/* Element i of a section, wherever it lies in memory. */
+SPRINGLS__FN int springls__int_at(const char *data, size_t i)
+{
+    int value;
+    memcpy(&value, data + i * sizeof value, sizeof value);
+    return value;
+}
+
+SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
+{
+    uint64_t i;
+    uint32_t bits, bad = 0;
+    for (i = 0; i + 4 <= bytes; i += 4) {
+        memcpy(&bits, data + i, 4);
+        bad |= (uint32_t)((bits & 0x7f800000u) == 0x7f800000u);
+    }
+    return !bad;
+}
+
+/* All of them from low to high. */
+SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int low, int high)
+{
+    uint64_t i;
+    bool good = true;
+    for (i = 0; i < bytes / sizeof(int); i++) {
+        int value = springls__int_at(data, (size_t)i);
+        good = good && value >= low && value <= high;
+    }
+    return good;
+}
+
+SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
+{
+    uint64_t i;
+    unsigned char all = 0;
+    for (i = 0; i < bytes; i++) all = (unsigned char)(all | (unsigned char)data[i]);
+    return all <= 1;
+}
+
+/* Bricks ascend; none is said to be constant as well. */
+SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
+{
+    int i, last = -1;
+    for (i = 0; i < count; i++) {
+        int brick = springls__int_at(numbers, (size_t)i);
+        if (brick <= last || (size_t)brick >= bricks || (sides[brick >> 3] >> (brick & 7) & 1)) return false;
+        last = brick;
+    }
+    return true;
+}
+
+SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int row)
+{
+    const springls__attribute_entry *a = &s->attribute[row];
+    int i;
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS) return false;
+    for (i = 0; i < row; i++)
+        if (strcmp(a->name, s->attribute[i].name) == 0) return false;
+    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill) && springls__policy_known((springls_policy)a->merge);
+}
+
+/* Why the numbers cannot be those of a model of this context; NULL: they can. */
+SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
+{
+    int i;
+    if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
+    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
+    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0) return "damaged";
+    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0 || s->original > INT32_MAX / 3 || s->given < s->original) return "damaged";
+    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
+    if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
+    for (i = 0; i < s->attributes; i++)
+        if (!springls__entry_good(s, i)) return "damaged";
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx)) return "of another original surface, which it leaves out";
+    return NULL;
+}
+
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
+    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
+    bool good = true;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) {
+        const char *data = block + layout->at[i];
+        uint64_t bytes = springls__section_bytes(g, s, i);
+        if (i < SPRINGLS__SECTION_NEIGHBORS) {
+            if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
+            if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
+            if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
+        } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
+        else if (i == SPRINGLS__SECTION_BRICKS) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_SOURCE) good = good && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES && i != SPRINGLS__SECTION_LOCKED) good = good && springls__all_finite(data, bytes);
+    }
+    for (i = 0; i < s->locked; i++) {
+        double volume;
+        memcpy(&volume, block + layout->at[SPRINGLS__SECTION_LOCKED] + (size_t)i * sizeof volume, sizeof volume);
+        good = good && volume >= -DBL_MAX && volume <= DBL_MAX;
+    }
+    return good;
+}
+
+/* The numbers and the layout of a block that is good; else one sentence about why it is not. */
+SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size, springls__snapshot_state *s, springls__layout *layout)
+{
+    springls__snapshot_head head;
+    const char *fault = NULL;
+    if (size < sizeof head + sizeof *s) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    memcpy(&head, block, sizeof head);
+    memcpy(s, block + sizeof head, sizeof *s);
+    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
+    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER) fault = "of another version or machine";
+    else if (head.size != size) fault = "not as long as it says";
+    else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
+    else fault = springls__numbers_fault(ctx, s);
+    if (!fault) {
+        *layout = springls__layout_of(&ctx->model.grid, s);
+        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block)) fault = "damaged";
+    }
+    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
+}
+
+/* ---- in ---- */
+
+/* Room for all of it; what is there is kept. */
+SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
+{
+    springls__surface *original = &ctx->original;
+    size_t n = (size_t)s->original, kept = (size_t)original->count;
+    int i;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
+    if (s->has_neighbors)
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1, ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+    SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double), (size_t)ctx->locked_count * sizeof(double)));
+    for (i = 0; i < s->attributes; i++) {
+        springls__buffer *values = &ctx->attributes[i].values;
+        size_t row = (size_t)s->attribute[i].channels * sizeof(float);
+        size_t used = i < ctx->attribute_count ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float) : 0;
+        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
+    }
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks), (size_t)ctx->model.reference.slot_count));
+    SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
+    SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
+    return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
+}
+
+/* A grid that had been cleared gets the bricks of a block, in slots of their order. */
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
+{
+    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
+    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2], (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    g->slot_count = SPRINGLS__FIRST_SLOT + count;
+    g->free_count = 0;
+}
+
+/* The rest of what the model's grid keeps of a brick. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < count; i++) {
+        int slot = SPRINGLS__FIRST_SLOT + i;
+        g->active[i] = slot;
+        g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
+        springls__fill(g->omega, slot, -1.0f); /* unknown */
+    }
+    memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
+    g->active_count = count;
+}
+
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
+        if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
+    if (s->has_neighbors && s->count) memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    if (s->locked) memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED], (size_t)s->locked * sizeof(double));
+    springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    for (i = 0; i < s->attributes; i++) {
+        springls__attribute *attribute = &ctx->attributes[i];
+        const springls__attribute_entry *row = &s->attribute[i];
+        memcpy(attribute->name, row->name, sizeof row->name);
+        attribute->channels = row->channels;
+        attribute->split = (springls_policy)row->split;
+        attribute->fill = (springls_policy)row->fill;
+        attribute->merge = (springls_policy)row->merge;
+        if (s->count) memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+    }
+    ctx->attribute_count = s->attributes;
+}
+
+/* The original surface; its hierarchy is built again. */
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    springls__surface *original = &ctx->original;
+    springls__grid_constants(ctx, &ctx->model.reference);
+    ctx->reference_stamp = 0;
+    springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    original->count = original->node_count = 0;
+    original->dipoles = NULL;
+    original->source = NULL;
+    if (s->original == 0) return;
+    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL], (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__surface_finish(ctx, original, s->original);
+    original->given = s->given;
+    if (!s->has_source) return;
+    original->source = (int *)original->source_memory.data;
+    memcpy(original->source, block + layout->at[SPRINGLS__SECTION_SOURCE], (size_t)s->original * sizeof(int));
+}
+
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
+{
+    springls__snapshot_state s;
+    springls__layout layout;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!block) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "restore: the block is NULL");
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
+    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s));
+    springls__drop_step(ctx);
+    springls__host_anew(ctx);
+    ctx->model.params = s.params;
+    springls__model_constants(ctx);
+    springls__snapshot_take(ctx, &s, &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    ctx->model.set.count = s.count;
+    ctx->model.set.at_edges = s.at_edges;
+    ctx->model.set.next_id = s.next_id;
+    ctx->model.set.step = s.step;
+    ctx->time = s.time;
+    ctx->iteration = s.iteration;
+    ctx->stats = s.stats;
+    ctx->locked_count = s.locked;
+    springls__constellation_changed(ctx);
+    ctx->neighbors_age = s.neighbors_age;
+    return SPRINGLS_OK;
 }
 
 /* ======== >>kernel_source  (src/kernel_source.h) =============================================================== */
@@ -11410,7 +14114,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 550 \"springls.h\"\n",
+    "#line 579 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -11495,7 +14199,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 971 \"springls.h\"\n",
+    "#line 1148 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -11559,7 +14263,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1036 \"springls.h\"\n",
+    "#line 1213 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -11702,7 +14406,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1180 \"springls.h\"\n",
+    "#line 1357 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -11769,7 +14473,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1248 \"springls.h\"\n",
+    "#line 1425 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -11789,11 +14493,18 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */\n",
     "    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */\n",
     "    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */\n",
+    "    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */\n",
+    "    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */\n",
     "    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */\n",
     "    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */\n",
     "    int count, at_edges; /* at_edges: how many lie at a sharp edge */\n",
-    "    uint32_t next_id;\n",
+    "    uint32_t next_id, step; /* step: of the model, modulo 2^30 */\n",
     "} springls__constellation;\n",
+    "\n",
+    "/* Kinds of springls: springls_kind of the interface. */\n",
+    "#define SPRINGLS__ORIGINAL 0u\n",
+    "#define SPRINGLS__SPLIT 1u\n",
+    "#define SPRINGLS__FILLED 2u\n",
     "\n",
     "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
     "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
@@ -11874,8 +14585,10 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* All arrays: name, element, elements that belong together, place in the model. */\n",
     "#define SPRINGLS__ARRAYS(X)                                                                                                       \\\n",
-    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \\\n",
-    "    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \\\n",
+    "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \\\n",
+    "    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \\\n",
+    "    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \\\n",
+    "    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \\\n",
     "    X(WAS, springls__v3, 1, set.was)                                                                                              \\\n",
     "    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \\\n",
     "    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \\\n",
@@ -11899,9 +14612,9 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t id, generation;\n",
     "    int32_t part;\n",
     "    float phi;\n",
-    "    uint32_t mask, edge;\n",
+    "    uint32_t mask, edge, parent, birth;\n",
     "} springls__packed;\n",
-    "#define SPRINGLS__PACKED_WORDS 28\n",
+    "#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)\n",
     "\n",
     "#define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */\n",
     "#define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */\n",
@@ -11943,6 +14656,8 @@ static const char *const springls__kernel_lines[] = {
     "/* Does springl i lie at a sharp edge that is to be kept? */\n",
     "SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }\n",
     "\n",
+    "SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }\n",
+    "\n",
     "/* A new springl in place i, at or beyond `count`: its id follows from the place. */\n",
     "SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)\n",
     "{\n",
@@ -11953,6 +14668,8 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.mask[i] = mask;\n",
     "    model->set.part[i] = -1;\n",
     "    model->set.edge[i] = 0;\n",
+    "    model->set.parent[i] = model->set.id[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);\n",
     "    model->set.phi[i] = 0.0f;\n",
     "    model->set.was[i] = s.p;\n",
     "}\n",
@@ -11974,7 +14691,7 @@ static const char *const springls__kernel_lines[] = {
     "/* The model's numbers, as kernels are given them. */\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3], springls, at_edges;\n",
-    "    uint32_t next_id;\n",
+    "    uint32_t next_id, step;\n",
     "    int active_count, free_count, slot_count, large_count;\n",
     "    float far_value, reference_far_value, reach;\n",
     "} springls__shape;\n",
@@ -11990,6 +14707,7 @@ static const char *const springls__kernel_lines[] = {
     "    shape.springls = model->set.count;\n",
     "    shape.at_edges = model->set.at_edges;\n",
     "    shape.next_id = model->set.next_id;\n",
+    "    shape.step = model->set.step;\n",
     "    shape.active_count = model->grid.active_count;\n",
     "    shape.free_count = model->grid.free_count;\n",
     "    shape.slot_count = model->grid.slot_count;\n",
@@ -12010,6 +14728,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.count = shape.springls;\n",
     "    model->set.at_edges = shape.at_edges;\n",
     "    model->set.next_id = shape.next_id;\n",
+    "    model->set.step = shape.step;\n",
     "    model->grid.active_count = shape.active_count;\n",
     "    model->grid.free_count = shape.free_count;\n",
     "    model->grid.slot_count = shape.slot_count;\n",
@@ -12018,7 +14737,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1498 \"springls.h\"\n",
+    "#line 1690 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -12087,7 +14806,8 @@ static const char *const springls__kernel_lines[] = {
     "    float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];\n",
     "    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);\n",
     "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
-    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS\n",
+    "                                          + springls__voxel_in_brick(i, j, k);\n",
     "        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];\n",
     "        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];\n",
     "    } else if (inner) {\n",
@@ -12103,9 +14823,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
     "    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);\n",
-    "    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;\n",
-    "    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;\n",
-    "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
+    "    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;\n",
+    "    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;\n",
+    "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
+    "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
@@ -12113,21 +14836,26 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float h = 0.5f;\n",
-    "    return springls__v3_make(\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),\n",
-    "        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
+    "    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),\n",
+    "                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),\n",
+    "                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))\n",
+    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
     "}\n",
     "\n",
     "/* A brick with a margin of one voxel: 10x10x10 values, x fastest. */\n",
     "#define SPRINGLS__TILE 10\n",
     "#define SPRINGLS__TILE_VOXELS 1000\n",
     "\n",
-    "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }\n",
+    "SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)\n",
+    "{\n",
+    "    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));\n",
+    "}\n",
     "\n",
     "/* Each item of a group loads some of its rows; it is there for all when this returns. */\n",
-    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,\n",
-    "                                         SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,\n",
+    "                                         springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    int o[3], row, x;\n",
     "    bool border;\n",
@@ -12191,8 +14919,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work\n",
     "   items must. */\n",
-    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,\n",
-    "                                              bool wanted, springls__wide_tile *tile)\n",
+    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN;\n",
     "    int x, row;\n",
@@ -12244,7 +14972,10 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "\n",
-    "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }\n",
+    "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)\n",
+    "{\n",
+    "    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];\n",
+    "}\n",
     "\n",
     "/* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */\n",
     "SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])\n",
@@ -12254,7 +14985,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1735 \"springls.h\"\n",
+    "#line 1939 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -12309,7 +15040,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
-    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])\n",
+    "SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,\n",
+    "                                              float margin, int lo[3], int hi[3])\n",
     "{\n",
     "    springls__v3 lower, upper;\n",
     "    lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;\n",
@@ -12338,7 +15070,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "\n",
     "/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */\n",
-    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,\n",
+    "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float capture = model->params.capture;\n",
@@ -12383,7 +15116,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 1865 \"springls.h\"\n",
+    "#line 2071 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -12391,17 +15124,6 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)\n",
     "{\n",
     "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
-    "}\n",
-    "\n",
-    "/* The range of bricks within `margin` of p, as far as there are any. */\n",
-    "SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])\n",
-    "{\n",
-    "    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;\n",
-    "    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;\n",
-    "    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;\n",
-    "    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;\n",
-    "    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;\n",
-    "    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;\n",
     "}\n",
     "\n",
     "/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */\n",
@@ -12413,7 +15135,8 @@ static const char *const springls__kernel_lines[] = {
     "    int large;\n",
     "} springls__cell_walk;\n",
     "\n",
-    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,\n",
+    "                                                              springls__v3 upper)\n",
     "{\n",
     "    springls__cell_walk walk;\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -12463,12 +15186,13 @@ static const char *const springls__kernel_lines[] = {
     "/* All springls whose particle may lie within r of x, and some more. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
-    "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
+    "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
+    "                                     springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
     "}\n",
     "\n",
     "/* All springls of which some point may lie within `radius` of the box. */\n",
-    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,\n",
-    "                                                            float radius)\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,\n",
+    "                                                               springls__v3 upper, float radius)\n",
     "{\n",
     "    float r = radius + model->cells.reach;\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),\n",
@@ -12498,10 +15222,11 @@ static const char *const springls__kernel_lines[] = {
     "    int y, z;\n",
     "    for (z = 0; z < 4; z++)\n",
     "        for (y = 0; y < 4; y++, cell += 4)\n",
-    "            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
+    "            if (cell[4] > cell[0])\n",
+    "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 1984 \"springls.h\"\n",
+    "#line 2182 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -12563,7 +15288,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2047 \"springls.h\"\n",
+    "#line 2245 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -12600,7 +15325,8 @@ static const char *const springls__kernel_lines[] = {
     "/* A sampled field: from the model's voxels to its own samples. */\n",
     "typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;\n",
     "\n",
-    "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)\n",
+    "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,\n",
+    "                                            float *out)\n",
     "{\n",
     "    const float *m = field->from_voxel;\n",
     "    float f[3], corner[8];\n",
@@ -12618,7 +15344,8 @@ static const char *const springls__kernel_lines[] = {
     "            size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);\n",
     "            size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);\n",
     "            size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);\n",
-    "            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];\n",
+    "            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels\n",
+    "                             + (size_t)channel];\n",
     "        }\n",
     "        out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);\n",
     "    }\n",
@@ -12628,9 +15355,12 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    float c = springls__grid_sample(g, g->phi, x);\n",
-    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
-    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
-    "              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
+    "    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
+    "                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));\n",
     "    return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);\n",
     "}\n",
     "\n",
@@ -12652,7 +15382,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__USER_VELOCITY\n",
     "\n",
     "/* sigma of eq. 1. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)\n",
+    "SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                               float time)\n",
     "{\n",
     "    const float *n = rule->flow_numbers;\n",
     "    springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
@@ -12668,14 +15399,16 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* With rho of eq. 1 and motion by curvature: what pushes along the normal. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)\n",
+    "SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                              springls__v3 n, springls__v3 out)\n",
     "{\n",
     "    float rho;\n",
     "    if (rule->pressure.channels != 0) {\n",
     "        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);\n",
     "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
     "    }\n",
-    "    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
+    "    if (rule->curvature_weight != 0.0f)\n",
+    "        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));\n",
     "    return out;\n",
     "}\n",
     "\n",
@@ -12685,7 +15418,8 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;\n",
     "\n",
     "/* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */\n",
-    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)\n",
+    "SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                     springls__movers at, float time)\n",
     "{\n",
     "    springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;\n",
     "    springls__movers slope;\n",
@@ -12710,7 +15444,8 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)\n",
+    "SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                           springls__movers at)\n",
     "{\n",
     "    springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;\n",
     "    int m;\n",
@@ -12761,7 +15496,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2246 \"springls.h\"\n",
+    "#line 2454 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -12925,7 +15660,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2411 \"springls.h\"\n",
+    "#line 2619 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -12951,7 +15686,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2438 \"springls.h\"\n",
+    "#line 2646 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -13020,7 +15755,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2508 \"springls.h\"\n",
+    "#line 2716 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -13071,7 +15806,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2560 \"springls.h\"\n",
+    "#line 2768 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -13245,7 +15980,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2735 \"springls.h\"\n",
+    "#line 2943 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -13367,7 +16102,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 2858 \"springls.h\"\n",
+    "#line 3066 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -13393,7 +16128,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:\n",
     "   then it is of another sheet. */\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)\n",
+    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,\n",
+    "                                                        springls__v3 facing)\n",
     "{\n",
     "    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));\n",
     "    if (springls__dot(facing, s.n) <= 0.4f) return sum;\n",
@@ -13450,11 +16186,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
-    "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }\n",
+    "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)\n",
+    "{\n",
+    "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
+    "}\n",
     "\n",
     "/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with\n",
     "   its old value in it. */\n",
-    "SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }\n",
+    "SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)\n",
+    "{\n",
+    "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
+    "}\n",
     "\n",
     "SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }\n",
     "\n",
@@ -13500,7 +16242,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 2992 \"springls.h\"\n",
+    "#line 3207 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -13594,7 +16336,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,\n",
     "                                                   const float *weight, int count)\n",
     "{\n",
-    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;\n",
+    "    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)\n",
+    "                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),\n",
+    "                 e2;\n",
     "    springls__patch patch = springls__patch_begin();\n",
     "    springls__strip strip;\n",
     "    float sum = 0.0f;\n",
@@ -13617,7 +16361,8 @@ static const char *const springls__kernel_lines[] = {
     "   than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,\n",
     "   other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side\n",
     "   that it lies on, whichever of several ways it has been turned. */\n",
-    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)\n",
+    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
+    "                                                     int count, float narrow, int certain)\n",
     "{\n",
     "    const float on = certain ? 0.06f : 0.15f; /* voxel */\n",
     "    springls__v3 tried[SPRINGLS__TRIES];\n",
@@ -13640,7 +16385,9 @@ static const char *const springls__kernel_lines[] = {
     "        int lies = springls__side_of(sides, n[i]) >= 0, away = 1;\n",
     "        for (s = 0; s < sides.count; s++) {\n",
     "            float along = springls__dot(n[i], sides.normal[s]);\n",
-    "            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
+    "            lies = lies\n",
+    "                   || (along > 0.3f\n",
+    "                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);\n",
     "            away = away && along < SPRINGLS__AWAY;\n",
     "        }\n",
     "        if (lies) total += weight[i];\n",
@@ -13710,7 +16457,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */\n",
-    "SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)\n",
+    "SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,\n",
+    "                                            springls__crowd *crowd)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
     "                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
@@ -13731,8 +16479,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* One side's surface about x; springl `self` is not asked. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,\n",
-    "                                                     int self)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,\n",
+    "                                                        springls__v3 x, springls__v3 a0, int self)\n",
     "{\n",
     "    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);\n",
     "    springls__fit_result result;\n",
@@ -13751,8 +16499,8 @@ static const char *const springls__kernel_lines[] = {
     "/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal\n",
     "   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.\n",
     "   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,\n",
-    "                                                   springls__v3 a0, int self, int ways, int at_least)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,\n",
+    "                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)\n",
     "{\n",
     "    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */\n",
     "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
@@ -13787,8 +16535,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */\n",
-    "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,\n",
-    "                                          springls__fit_result *result)\n",
+    "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,\n",
+    "                                             int known, springls__fit_result *result)\n",
     "{\n",
     "    springls__crowd crowd;\n",
     "    springls__sides sides;\n",
@@ -13904,7 +16652,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3397 \"springls.h\"\n",
+    "#line 3618 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -13919,7 +16667,8 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->reference;\n",
     "    int i;\n",
     "    for (i = 0; i < model->params.track_iterations; i++)\n",
-    "        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);\n",
+    "        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),\n",
+    "                                   model->params.track_step);\n",
     "    return a;\n",
     "}\n",
     "\n",
@@ -13947,7 +16696,8 @@ static const char *const springls__kernel_lines[] = {
     "        int other, count = 0;\n",
     "        while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "            float d2;\n",
-    "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */\n",
+    "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)\n",
+    "                continue; /* the far sheet */\n",
     "            d2 = springls__springl_distance2(s, model->set.s[other]);\n",
     "            if (d2 > radius * radius) continue;\n",
     "            sum = springls__add(sum, model->set.a[other]);\n",
@@ -13965,7 +16715,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The quadratic fit at x over the particles around, springls before `known` only. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,\n",
+    "                                                      springls__v3 a0, int known)\n",
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
     "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
@@ -13987,7 +16738,8 @@ static const char *const springls__kernel_lines[] = {
     "    result = springls__fit_end(fit);\n",
     "    if (!result.ok) return result;\n",
     "    /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */\n",
-    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
+    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),\n",
+    "                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
     "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
     "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;\n",
     "    return result;\n",
@@ -13998,7 +16750,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3492 \"springls.h\"\n",
+    "#line 3717 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -14080,24 +16832,28 @@ static const char *const springls__kernel_lines[] = {
     "    halves[2u * at + 1u] = springls__child_of(model, i, 1);\n",
     "}\n",
     "\n",
-    "/* The first half takes the parent's place, the second goes behind all that were there. */\n",
+    "/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */\n",
     "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
     "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
     "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);\n",
     "    springls__half first, second;\n",
+    "    int n = model->set.count + (int)at;\n",
     "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
     "    first = halves[2u * at];\n",
     "    second = halves[2u * at + 1u];\n",
     "    model->set.generation[i]++;\n",
-    "    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
-    "    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);\n",
+    "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
+    "    model->set.was[n] = springls__sub(second.s.p, moved);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
+    "    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);\n",
+    "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3592 \"springls.h\"\n",
+    "#line 3821 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -14110,7 +16866,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
     "/* To SCRATCH2, one a brick of the top table: is it blocked? */\n",
-    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)\n",
+    "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                   SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const springls__group group = model->group;\n",
@@ -14124,7 +16881,8 @@ static const char *const springls__kernel_lines[] = {
     "    nearest[group.item] = least;\n",
     "    SPRINGLS__BARRIER;\n",
     "    for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);\n",
-    "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
+    "    if (group.item == 0)\n",
+    "        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "/* The background takes a block of step^3 bricks, unless one of them is blocked. */\n",
@@ -14174,7 +16932,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */\n",
-    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;\n",
@@ -14196,13 +16955,15 @@ static const char *const springls__kernel_lines[] = {
     "/* Is the background beside a block of b^3 voxels? */\n",
     "SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)\n",
     "{\n",
-    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)\n",
-    "        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
+    "    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)\n",
+    "           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)\n",
+    "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
     "}\n",
     "\n",
     "/* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels\n",
     "   of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */\n",
-    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)\n",
+    "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,\n",
+    "                                            SPRINGLS__LOCAL float *grown)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const springls__group group = model->group;\n",
@@ -14286,7 +17047,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The side becomes the sign of the distance. */\n",
-    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                 SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *phi = model->grid.phi + first;\n",
@@ -14297,7 +17059,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3793 \"springls.h\"\n",
+    "#line 4028 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -14354,7 +17116,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 3851 \"springls.h\"\n",
+    "#line 4086 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -14449,7 +17211,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 3947 \"springls.h\"\n",
+    "#line 4182 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -14485,7 +17247,10 @@ static const char *const springls__kernel_lines[] = {
     "   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
-    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }\n",
+    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)\n",
+    "{\n",
+    "    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;\n",
+    "}\n",
     "\n",
     "/* First guess for a voxel that gets its distance from its neighbours: it is not near. */\n",
     "SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)\n",
@@ -14524,7 +17289,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
-    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -14536,7 +17302,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */\n",
-    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,\n",
+    "                                                  SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -14565,10 +17332,10 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =\n",
-    "        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
+    "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4067 \"springls.h\"\n",
+    "#line 4307 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -14593,7 +17360,9 @@ static const char *const springls__kernel_lines[] = {
     "/* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */\n",
     "#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */\n",
     "\n",
-    "typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;\n",
+    "typedef struct springls__near_ranges {\n",
+    "    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;\n",
+    "} springls__near_ranges;\n",
     "\n",
     "SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)\n",
     "{\n",
@@ -14613,7 +17382,8 @@ static const char *const springls__kernel_lines[] = {
     "            for (x = -8; x <= 8; x += 8) {\n",
     "                int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;\n",
     "                SPRINGLS__GLOBAL const uint32_t *cell;\n",
-    "                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;\n",
+    "                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])\n",
+    "                    continue;\n",
     "                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;\n",
     "                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);\n",
     "                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);\n",
@@ -14633,7 +17403,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUMS 11\n",
     "#define SPRINGLS__NEAREST2 11\n",
     "#define SPRINGLS__FACING 12\n",
-    "#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */\n",
+    "#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
     "SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }\n",
     "\n",
@@ -14653,7 +17423,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
     "\n",
     "/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out);\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);\n",
     "\n",
     "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
@@ -14664,7 +17435,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }\n",
     "\n",
     "/* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */\n",
-    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)\n",
+    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,\n",
+    "                                            bool nearest, SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
     "    int y0, y1, z0, z1, y, z;\n",
@@ -14687,8 +17459,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The nearest springl of every voxel, then the sums over those that face the same way. */\n",
-    "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
-    "                                            SPRINGLS__LOCAL float *sums)\n",
+    "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                               const int origin[3], SPRINGLS__LOCAL float *sums)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k, v;\n",
@@ -14699,9 +17471,11 @@ static const char *const springls__kernel_lines[] = {
     "            for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;\n",
     "        }\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, true, sums);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            springls__reached_rows(oriented[k], origin, model->group, false, sums);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
@@ -14716,7 +17490,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */\n",
-    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)\n",
+    "SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                               springls__v3 x, float *phi)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -14740,7 +17515,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */\n",
-    "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)\n",
+    "SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,\n",
+    "                                             springls__v3 normal)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
     "    int r, k;\n",
@@ -14749,7 +17525,8 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            springls__v3 d = springls__sub(x, s->p);\n",
     "            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
-    "            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;\n",
+    "            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))\n",
+    "                return true;\n",
     "        }\n",
     "    return false;\n",
     "}\n",
@@ -14757,9 +17534,9 @@ static const char *const springls__kernel_lines[] = {
     "/* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet\n",
     "   thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a\n",
     "   thread may break. */\n",
-    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,\n",
-    "                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,\n",
-    "                                           float phi)\n",
+    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
+    "                                              springls__moments sum, bool carry, bool at_edge, float phi)\n",
     "{\n",
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
@@ -14769,14 +17546,16 @@ static const char *const springls__kernel_lines[] = {
     "    if (!model->params.project_level_set) return phi;\n",
     "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
     "    f = springls__moments_distance(sum);\n",
-    "    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
+    "    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)\n",
+    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
     "/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */\n",
-    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
+    "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,\n",
+    "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__LOCAL float *sums = memory;\n",
@@ -14799,7 +17578,8 @@ static const char *const springls__kernel_lines[] = {
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
     "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {\n",
-    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);\n",
+    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,\n",
+    "                                                 phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
     "                out[v] = springls__doubtful(phi[v], g->far_value);\n",
     "                *in_doubt = 1;\n",
@@ -14817,7 +17597,8 @@ static const char *const springls__kernel_lines[] = {
     "    int row, v;\n",
     "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
+    "        if (in_doubt)\n",
+    "            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            if (!in_doubt) out[v] = from[v];\n",
     "            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);\n",
@@ -14844,7 +17625,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4344 \"springls.h\"\n",
+    "#line 4598 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -15031,7 +17812,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4532 \"springls.h\"\n",
+    "#line 4786 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -15151,12 +17932,14 @@ static const char *const springls__kernel_lines[] = {
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
     "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
     "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];\n",
+    "    int n = model->set.count + (int)at;\n",
     "    springls__tri t;\n",
     "    if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;\n",
     "    t = springls__equilateral(seed.p, seed.n, seed.toward, area);\n",
-    "    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
+    "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
+    "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4658 \"springls.h\"\n",
+    "#line 4914 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -15251,7 +18034,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4754 \"springls.h\"\n",
+    "#line 5010 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -15517,7 +18300,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5021 \"springls.h\"\n",
+    "#line 5277 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -15757,7 +18540,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5262 \"springls.h\"\n",
+    "#line 5518 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15788,7 +18571,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5294 \"springls.h\"\n",
+    "#line 5550 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -15803,14 +18586,16 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),\n",
     "                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),\n",
     "                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));\n",
-    "    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
-    "                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
-    "                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
+    "    springls__vec edges = springls__vec_min(\n",
+    "        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
+    "                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
+    "        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
     "    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;\n",
     "}\n",
     "\n",
     "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
     "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
@@ -15827,8 +18612,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
     "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
@@ -15869,7 +18654,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
-    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                           float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
     "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
@@ -15886,7 +18672,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
@@ -15894,12 +18681,14 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));\n",
+    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
+    "                             springls__vec_min(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));\n",
+    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
+    "                             springls__vec_max(v.zm, v.zp));\n",
     "}\n",
     "\n",
     "SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)\n",
@@ -15919,7 +18708,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)\n",
     "{\n",
-    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
+    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)\n",
+    "                       + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
     "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;\n",
     "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);\n",
     "    return v.c / (1.0f + share * excess);\n",
@@ -15969,7 +18759,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
     "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
     "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))\n",
+    "            * (1.0f / 3.0f);\n",
     "    d = springls__vec_select(one > b, two, one);\n",
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
@@ -15983,7 +18774,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec d = springls__vec_all(far_value);\n",
     "    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);\n",
     "    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));\n",
-    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
+    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
+    "        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
     "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
     "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
     "}\n",
@@ -15995,7 +18787,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5502 \"springls.h\"\n",
+    "#line 5767 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -16040,8 +18832,9 @@ static const char *const springls__kernel_lines[] = {
     "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
     "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
     "        if (!springls__vmask_any(w > zero)) continue;\n",
-    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
-    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
+    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
+    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
     "        w = w * w;\n",
     "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
     "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
@@ -16064,7 +18857,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* springls__settled; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
@@ -16076,8 +18870,9 @@ static const char *const springls__kernel_lines[] = {
     "            continue;\n",
     "        }\n",
     "        v = springls__tile_cross_lanes(phi + i);\n",
-    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)\n",
-    "            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
+    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)\n",
+    "              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)\n",
+    "              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
     "        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),\n",
     "                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),\n",
     "                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));\n",
@@ -16103,12 +18898,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5611 \"springls.h\"\n",
+    "#line 5879 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
     "\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,\n",
+    "                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
     "{\n",
     "    int e, m;\n",
     "    for (m = 0; m < 3; m++) {\n",
@@ -16124,7 +18920,8 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -16135,18 +18932,20 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,\n",
-    "                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
     "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
     "        float within = omega[i] + 0.5f + reach;\n",
-    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);\n",
+    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)\n",
+    "            side[i] += springls__side(*plan, at);\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
@@ -16226,20 +19025,23 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    int i;\n",
     "    for (i = row; i < row + 8; i++) {\n",
-    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
+    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],\n",
+    "                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],\n",
+    "                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
     "        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);\n",
     "        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));\n",
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)\n",
+    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "                                          SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);\n",
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5748 \"springls.h\"\n",
+    "#line 6023 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -16317,7 +19119,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 16321 \"springls.h\"\n",
+    "#line 19123 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -16715,6 +19517,8 @@ static const char *const springls__kernel_lines[] = {
     "    to->phi = model->set.phi[i];\n",
     "    to->mask = model->set.mask[i];\n",
     "    to->edge = model->set.edge[i];\n",
+    "    to->parent = model->set.parent[i];\n",
+    "    to->birth = model->set.birth[i];\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)\n",
@@ -16730,8 +19534,10 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.phi[i] = from->phi;\n",
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
+    "    model->set.parent[i] = from->parent;\n",
+    "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 16735 \"springls.h\"\n",
+    "#line 19541 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -16756,7 +19562,7 @@ static const char *const springls__kernel_lines[] = {
     "    return r;\n",
     "}\n",
     "\n",
-    "/* Work items: rows of the active bricks, then bricks of the top table. First voxel of a row and where it lies. */\n",
+    "/* The first voxel of row `row` of all active bricks' rows, and where it lies. */\n",
     "SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])\n",
     "{\n",
     "    int slot = g->active[row / SPRINGLS__ROWS];\n",
@@ -16772,6 +19578,7 @@ static const char *const springls__kernel_lines[] = {
     "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
+    "/* Elements here: rows of the active bricks, then bricks of the top table. */\n",
     "SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
@@ -16869,7 +19676,7 @@ static const char *const springls__kernel_lines[] = {
     "    return g->phi[v] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",
-    "/* Labels become roots; what the voxels around a member say is added up there. Regions of bricks alone have no vote. */\n",
+    "/* What the settled voxels around the members of a region say is added up at its root. Open bricks have none around them. */\n",
     "SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
@@ -16929,7 +19736,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 16933 \"springls.h\"\n",
+    "#line 19740 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
@@ -16989,6 +19796,8 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
     springls__buffer_free(ctx, &ctx->locked_memory);
+    for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
+    for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
 }
 
@@ -17080,6 +19889,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
@@ -17111,6 +19921,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
     case SPRINGLS_DEVICE: return "device failure";
+    case SPRINGLS_BAD_SNAPSHOT: return "bad snapshot";
     default: return "unknown status";
     }
 }

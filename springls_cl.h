@@ -56,10 +56,11 @@ typedef struct springls_cl_desc {
     springls_logger logger;   /* what is picked, why there is none, and the build log with lines of springls.h   */
 } springls_cl_desc;
 
-/* Makes a backend for springls_desc.backend; desc may be NULL. Compiles the kernels, which may take seconds; memory is malloc's. It
-   belongs to the thread of its contexts. On failure *out is NULL and nothing is left allocated: DEVICE, after a warning, and the
-   build log if there is one: there is no OpenCL, no such device, or it cannot run the kernels; OUT_OF_MEMORY; INVALID_ARGUMENT, a
-   member out of range, a queue without its context, or only one of velocity and velocity_source. */
+/* Makes a backend for springls_desc.backend; desc may be NULL. Compiles the kernels, which may take seconds; memory is malloc's.
+   It belongs to the thread of its contexts. On failure *out is NULL and nothing is left allocated: DEVICE, after a warning, and
+   the build log if there is one: there is no OpenCL, no such device, or it cannot run the kernels; OUT_OF_MEMORY;
+   INVALID_ARGUMENT, a member out of range, a queue without its context or not in order, or only one of velocity and
+   velocity_source. */
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
 
 /* After the contexts that use it; NULL is allowed. */
@@ -71,9 +72,9 @@ SPRINGLS_API const char *springls_cl_name(const springls_backend *backend);
 /* True when the device rounds as C does: then results are the scalar backend's, bit by bit. */
 SPRINGLS_API bool springls_cl_exact(const springls_backend *backend);
 
-/* The device's memory (cl_mem) of the springls, springls_count of them in 64 bytes each: 12 floats q0 q1 q2 p in voxels, and 4 that are
-   private. For drawing without a way over the host: to be read only, in the backend's queue, until the next call with ctx. NULL for
-   an empty model, or one without this backend. */
+/* The device's memory (cl_mem) of the springls, springls_count of them in 64 bytes each: 12 floats q0 q1 q2 p in voxels, and 4
+   that are private. For drawing without a way over the host: to be read only, in the backend's queue, until the next call with
+   ctx. NULL for an empty model, or one without this backend. */
 SPRINGLS_API void *springls_cl_springls(springls_context *ctx);
 
 /* What has been done so far, by all contexts: kernels started, and bytes that went each way. */
@@ -138,9 +139,11 @@ __declspec(dllimport) int __stdcall FreeLibrary(void *);
     X(RetainContext, cl_int, (cl_context)) X(ReleaseContext, cl_int, (cl_context))                                               \
     X(GetContextInfo, cl_int, (cl_context, cl_context_info, size_t, void *, size_t *))                                           \
     X(CreateCommandQueue, cl_command_queue, (cl_context, cl_device_id, cl_command_queue_properties, cl_int *))                   \
+    X(GetCommandQueueInfo, cl_int, (cl_command_queue, cl_command_queue_info, size_t, void *, size_t *))                          \
     X(RetainCommandQueue, cl_int, (cl_command_queue)) X(ReleaseCommandQueue, cl_int, (cl_command_queue))                         \
     X(CreateProgramWithSource, cl_program, (cl_context, cl_uint, const char **, const size_t *, cl_int *))                       \
-    X(BuildProgram, cl_int, (cl_program, cl_uint, const cl_device_id *, const char *, void (CL_CALLBACK *)(cl_program, void *), void *)) \
+    X(BuildProgram, cl_int, (cl_program, cl_uint, const cl_device_id *, const char *,                                            \
+                             void (CL_CALLBACK *)(cl_program, void *), void *))                                                  \
     X(GetProgramBuildInfo, cl_int, (cl_program, cl_device_id, cl_program_build_info, size_t, void *, size_t *))                  \
     X(ReleaseProgram, cl_int, (cl_program))                                                                                      \
     X(CreateKernel, cl_kernel, (cl_program, const char *, cl_int *)) X(ReleaseKernel, cl_int, (cl_kernel))                       \
@@ -148,9 +151,12 @@ __declspec(dllimport) int __stdcall FreeLibrary(void *);
     X(EnqueueNDRangeKernel, cl_int, (cl_command_queue, cl_kernel, cl_uint, const size_t *, const size_t *, const size_t *,       \
                                      cl_uint, const cl_event *, cl_event *))                                                     \
     X(CreateBuffer, cl_mem, (cl_context, cl_mem_flags, size_t, void *, cl_int *)) X(ReleaseMemObject, cl_int, (cl_mem))          \
-    X(EnqueueReadBuffer, cl_int, (cl_command_queue, cl_mem, cl_bool, size_t, size_t, void *, cl_uint, const cl_event *, cl_event *)) \
-    X(EnqueueWriteBuffer, cl_int, (cl_command_queue, cl_mem, cl_bool, size_t, size_t, const void *, cl_uint, const cl_event *, cl_event *)) \
-    X(EnqueueCopyBuffer, cl_int, (cl_command_queue, cl_mem, cl_mem, size_t, size_t, size_t, cl_uint, const cl_event *, cl_event *)) \
+    X(EnqueueReadBuffer, cl_int, (cl_command_queue, cl_mem, cl_bool, size_t, size_t, void *,                                     \
+                                  cl_uint, const cl_event *, cl_event *))                                                        \
+    X(EnqueueWriteBuffer, cl_int, (cl_command_queue, cl_mem, cl_bool, size_t, size_t, const void *,                              \
+                                   cl_uint, const cl_event *, cl_event *))                                                       \
+    X(EnqueueCopyBuffer, cl_int, (cl_command_queue, cl_mem, cl_mem, size_t, size_t, size_t,                                      \
+                                  cl_uint, const cl_event *, cl_event *))                                                        \
     X(Finish, cl_int, (cl_command_queue))
 
 typedef enum springls__collective {
@@ -199,6 +205,7 @@ SPRINGLS__FN const char *springls__cl_error(cl_int error)
     case CL_OUT_OF_HOST_MEMORY: return "out of host memory";
     case CL_BUILD_PROGRAM_FAILURE: return "the kernels do not compile";
     case CL_INVALID_WORK_GROUP_SIZE: return "the work-group size is not allowed";
+    case CL_INVALID_COMMAND_QUEUE: return "the queue is out of order, or of another context or device";
     case CL_INVALID_BUFFER_SIZE: return "a buffer is larger than the device allows";
     default: return "OpenCL error";
     }
@@ -206,6 +213,7 @@ SPRINGLS__FN const char *springls__cl_error(cl_int error)
 
 SPRINGLS__FN springls_status springls__cl_status(cl_int error)
 {
+    if (error == CL_INVALID_COMMAND_QUEUE) return SPRINGLS_INVALID_ARGUMENT;
     return error == CL_MEM_OBJECT_ALLOCATION_FAILURE || error == CL_OUT_OF_RESOURCES || error == CL_OUT_OF_HOST_MEMORY
         || error == CL_INVALID_BUFFER_SIZE ? SPRINGLS_OUT_OF_MEMORY : SPRINGLS_DEVICE;
 }
@@ -243,19 +251,29 @@ SPRINGLS__FN springls_status springls__cl_resize(springls_context *ctx, springls
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host)
+/* The first bytes of the device's memory, to the host or from it; what is on its way has arrived on return. */
+SPRINGLS__FN springls_status springls__cl_download(springls_context *ctx, void *memory, size_t bytes, void *to, const char *doing)
 {
     springls__cl *cl = springls__cl_of(ctx);
-    cl_mem memory = (cl_mem)buffer->device;
-    if (bytes == 0) return SPRINGLS_OK;
-    if (to_host) {
-        cl->counts.downloads++;
-        cl->counts.bytes_down += bytes;
-        return springls__cl_check(ctx, cl->EnqueueReadBuffer(cl->queue, memory, CL_TRUE, 0, bytes, buffer->data, 0, NULL, NULL), "download");
-    }
+    cl->counts.downloads++;
+    cl->counts.bytes_down += bytes;
+    return springls__cl_check(ctx, cl->EnqueueReadBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, to, 0, NULL, NULL), doing);
+}
+
+SPRINGLS__FN springls_status springls__cl_send(springls_context *ctx, void *memory, size_t bytes, const void *from)
+{
+    springls__cl *cl = springls__cl_of(ctx);
     cl->counts.uploads++;
     cl->counts.bytes_up += bytes;
-    return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, memory, CL_TRUE, 0, bytes, buffer->data, 0, NULL, NULL), "upload");
+    return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL),
+                              "upload");
+}
+
+SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host)
+{
+    if (bytes == 0) return SPRINGLS_OK;
+    return to_host ? springls__cl_download(ctx, buffer->device, bytes, buffer->data, "download")
+                   : springls__cl_send(ctx, buffer->device, bytes, buffer->data);
 }
 
 SPRINGLS__FN springls_status springls__cl_finish(springls_context *ctx)
@@ -266,14 +284,12 @@ SPRINGLS__FN springls_status springls__cl_finish(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes)
 {
-    springls__cl *cl = springls__cl_of(ctx);
     if (buffer->device_bytes < bytes) SPRINGLS__TRY(springls__cl_resize(ctx, buffer, bytes, 0));
-    cl->counts.uploads++;
-    cl->counts.bytes_up += bytes;
-    return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, (cl_mem)buffer->device, CL_TRUE, 0, bytes, data, 0, NULL, NULL), "upload");
+    return springls__cl_send(ctx, buffer->device, bytes, data);
 }
 
-SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx, springls__job job, cl_int count, cl_int grain)
+SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, const springls_context *ctx, springls__job job,
+                                           cl_int count, cl_int grain)
 {
     springls__shape shape = springls__shape_of(&ctx->model);
     springls_params params = ctx->model.params;
@@ -292,32 +308,33 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
 }
 
 /* A core takes as many elements as a task of the scalar backend has, a GPU's work item one. */
-SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count, springls__job job,
-                                                 bool brick)
+SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count,
+                                                 springls__job job, bool brick)
 {
     springls__cl *cl = springls__cl_of(ctx);
     size_t items, group = brick ? cl->group : 1;
+    const size_t *chosen = cl->gpu && !brick ? NULL : &group;
     if (cl->gpu) grain = 1;
     items = group * (((size_t)count + (size_t)grain - 1) / (size_t)grain);
     SPRINGLS__TRY(springls__cl_check(ctx, springls__cl_arguments(cl, kernel, ctx, job, count, grain), name));
     cl->counts.kernels++;
-    return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, cl->gpu && !brick ? NULL : &group, 0, NULL, NULL),
-                              name);
+    return springls__cl_check(ctx, cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, chosen, 0, NULL, NULL), name);
 }
 
 SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__job job)
 {
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], springls__kernels[kernel].name, springls__kernels[kernel].grain, count, job,
-                              springls__kernels[kernel].brick);
+    const springls__kernel_facts *facts = &springls__kernels[kernel];
+    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], facts->name, facts->grain, count, job, facts->brick);
 }
 
 /* ---- collectives: sequences of the kernels of collect.cl ---- */
 
-SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count, springls__job job)
+SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count,
+                                                  springls__job job)
 {
     const springls__collective_facts *facts = &springls__collectives[collective];
-    if (count <= 0) return SPRINGLS_OK;
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective], facts->name, facts->grain, count, job, false);
+    cl_kernel kernel = springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective];
+    return count > 0 ? springls__cl_launch(ctx, kernel, facts->name, facts->grain, count, job, false) : SPRINGLS_OK;
 }
 
 /* Arrays that collectives are about to use are on the device, as large as they have to be; what they write is only there. */
@@ -331,12 +348,8 @@ SPRINGLS__FN springls_status springls__cl_prepare(springls_context *ctx, uint64_
 /* What collectives have counted: the one place where the host waits for the device. */
 SPRINGLS__FN springls_status springls__cl_counted(springls_context *ctx, int number, uint32_t *counts)
 {
-    springls__cl *cl = springls__cl_of(ctx);
-    size_t bytes = (size_t)number * sizeof *counts;
-    cl->counts.downloads++;
-    cl->counts.bytes_down += bytes;
-    return springls__cl_check(ctx, cl->EnqueueReadBuffer(cl->queue, (cl_mem)ctx->memory[SPRINGLS__ARRAY_COUNTS].device, CL_TRUE, 0, bytes, counts,
-                                                         0, NULL, NULL), "counts");
+    void *memory = ctx->memory[SPRINGLS__ARRAY_COUNTS].device;
+    return springls__cl_download(ctx, memory, (size_t)number * sizeof *counts, counts, "counts");
 }
 
 /* Elements in chunks; *chunks: how many there are. */
@@ -351,8 +364,8 @@ SPRINGLS__FN springls__job springls__cl_chunks(int which, int count, int *chunks
 
 SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, int array, int count, uint8_t value, int *found)
 {
-    int chunks;
-    springls__job job = springls__cl_chunks(array == SPRINGLS__ARRAY_EDGE ? SPRINGLS__SCRATCHES : array - SPRINGLS__ARRAY_SCRATCH0, count, &chunks);
+    int which = array == SPRINGLS__ARRAY_EDGE ? SPRINGLS__SCRATCHES : array - SPRINGLS__ARRAY_SCRATCH0, chunks;
+    springls__job job = springls__cl_chunks(which, count, &chunks);
     uint32_t sum;
     job.f[0] = (float)value;
     *found = 0;
@@ -468,7 +481,8 @@ SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls
 
 SPRINGLS__FN springls_status springls__cl_cells_cover_around(springls_context *ctx)
 {
-    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_around, ctx->model.grid.active_count + ctx->model.cells.large_count, true);
+    int elements = ctx->model.grid.active_count + ctx->model.cells.large_count;
+    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_around, elements, true);
 }
 
 SPRINGLS__FN springls_status springls__cl_band_move(springls_context *ctx)
@@ -488,20 +502,23 @@ SPRINGLS__FN springls_status springls__cl_settle_regions(springls_context *ctx)
     static const springls__collective kernels[] = { SPRINGLS__COLLECTIVE_region_begin, SPRINGLS__COLLECTIVE_region_join,
                                                     SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_settle };
     const springls__grid *g = &ctx->model.grid;
+    const uint64_t writes = SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI);
     size_t bricks = springls__brick_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
+    int elements = g->active_count * SPRINGLS__ROWS + (int)bricks;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "opencl: too many voxels to be numbered");
     SPRINGLS__TRY(springls__scratch(ctx, 1, nodes, sizeof(int), NULL));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, writes));
     for (i = 0; i < sizeof kernels / sizeof *kernels; i++)
-        SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], g->active_count * (SPRINGLS__BRICK_VOXELS / 8) + (int)bricks, springls__no_job()));
+        SPRINGLS__TRY(springls__cl_collect(ctx, kernels[i], elements, springls__no_job()));
     return SPRINGLS_OK;
 }
 
 /* Keys of all springls, and what they come to: counts of missing bricks, the largest reach, of large springls. */
 SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
 {
+    const uint64_t index = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE);
     int springls = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, index | SPRINGLS__BIT(SCRATCH0)));
     SPRINGLS__TRY(ctx->backend->run(ctx, SPRINGLS__KERNEL_cell_key, springls, springls__no_job()));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, springls__no_job()));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, springls__no_job()));
@@ -591,7 +608,9 @@ SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library
 /* The first device of the kind; with ANY a GPU before others. */
 SPRINGLS__FN bool springls__cl_pick(springls__cl *cl, springls_cl_kind kind)
 {
-    static const cl_device_type types[3][2] = { { CL_DEVICE_TYPE_GPU, CL_DEVICE_TYPE_ALL }, { CL_DEVICE_TYPE_GPU, 0 }, { CL_DEVICE_TYPE_CPU, 0 } };
+    static const cl_device_type types[3][2] = {
+        { CL_DEVICE_TYPE_GPU, CL_DEVICE_TYPE_ALL }, { CL_DEVICE_TYPE_GPU, 0 }, { CL_DEVICE_TYPE_CPU, 0 }
+    };
     cl_platform_id platforms[SPRINGLS__CL_MOST];
     cl_uint count = 0, i;
     int choice;
@@ -600,7 +619,8 @@ SPRINGLS__FN bool springls__cl_pick(springls__cl *cl, springls_cl_kind kind)
     for (choice = 0; choice < 2 && types[kind][choice]; choice++)
         for (i = 0; i < count; i++) {
             cl_uint devices = 0;
-            if (cl->GetDeviceIDs(platforms[i], types[kind][choice], 1, &cl->device, &devices) == CL_SUCCESS && devices > 0) return true;
+            cl_int error = cl->GetDeviceIDs(platforms[i], types[kind][choice], 1, &cl->device, &devices);
+            if (error == CL_SUCCESS && devices > 0) return true;
         }
     return false;
 }
@@ -628,7 +648,8 @@ SPRINGLS__FN void springls__cl_log_build(springls__cl *cl)
 {
     size_t bytes = 0;
     char *text, *line, *next;
-    if (!cl->logger.log || cl->GetProgramBuildInfo(cl->program, cl->device, CL_PROGRAM_BUILD_LOG, 0, NULL, &bytes) != CL_SUCCESS) return;
+    if (!cl->logger.log) return;
+    if (cl->GetProgramBuildInfo(cl->program, cl->device, CL_PROGRAM_BUILD_LOG, 0, NULL, &bytes) != CL_SUCCESS) return;
     text = (char *)calloc(bytes + 1, 1);
     if (!text) return;
     cl->GetProgramBuildInfo(cl->program, cl->device, CL_PROGRAM_BUILD_LOG, bytes, text, NULL);
@@ -658,11 +679,13 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
     if (!text) return CL_OUT_OF_HOST_MEMORY;
     memcpy(text, lines, (size_t)count * sizeof *text);
     text[count++] = "#line 1 \"velocity_source\"\n";
-    text[count++] = velocity_source ? velocity_source : "float3 springls_velocity(float3 x, float t, __global const float *u) { return x; }\n";
+    text[count++] = velocity_source ? velocity_source
+                                    : "float3 springls_velocity(float3 x, float t, __global const float *u) { return x; }\n";
     cl->program = cl->CreateProgramWithSource(cl->context, (cl_uint)count, text, NULL, &error);
     free(text);
     if (error != CL_SUCCESS) return error;
-    error = cl->BuildProgram(cl->program, 1, &cl->device, cl->exact ? "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt" : "-cl-std=CL1.2", NULL, NULL);
+    error = cl->BuildProgram(cl->program, 1, &cl->device, cl->exact ? "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt"
+                                                                       : "-cl-std=CL1.2", NULL, NULL);
     if (error != CL_SUCCESS) springls__cl_log_build(cl);
     for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++)
         cl->kernels[kernel] = springls__cl_kernel(cl, springls__kernels[kernel].name, &error);
@@ -671,7 +694,6 @@ SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_so
     return error;
 }
 
-/* The caller's context and queue, or new ones. */
 /* Has the device room for a work group on a brick? */
 SPRINGLS__FN cl_int springls__cl_fits(const springls__cl *cl)
 {
@@ -687,16 +709,35 @@ SPRINGLS__FN cl_int springls__cl_fits(const springls__cl *cl)
     return items < cl->group ? CL_INVALID_WORK_GROUP_SIZE : CL_SUCCESS;
 }
 
+/* The caller's queue, if it is one that kernels and transfers can rely on. */
+SPRINGLS__FN cl_int springls__cl_take_queue(springls__cl *cl, cl_command_queue queue)
+{
+    cl_command_queue_properties properties = 0;
+    cl_context context = NULL;
+    cl_device_id device = NULL;
+    cl_int error = cl->GetCommandQueueInfo(queue, CL_QUEUE_PROPERTIES, sizeof properties, &properties, NULL);
+    if (error == CL_SUCCESS) error = cl->GetCommandQueueInfo(queue, CL_QUEUE_CONTEXT, sizeof context, &context, NULL);
+    if (error == CL_SUCCESS) error = cl->GetCommandQueueInfo(queue, CL_QUEUE_DEVICE, sizeof device, &device, NULL);
+    if (error != CL_SUCCESS) return error;
+    if (properties & CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE) return CL_INVALID_COMMAND_QUEUE;
+    if (context != cl->context || device != cl->device) return CL_INVALID_COMMAND_QUEUE;
+    error = cl->RetainCommandQueue(queue);
+    if (error == CL_SUCCESS) cl->queue = queue;
+    return error;
+}
+
+/* The caller's context and queue, or new ones. */
 SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc *desc)
 {
     cl_int error = CL_SUCCESS;
     if (desc->context) {
         cl_device_id devices[SPRINGLS__CL_MOST] = { (cl_device_id)desc->device };
-        if (!desc->device) error = cl->GetContextInfo((cl_context)desc->context, CL_CONTEXT_DEVICES, sizeof devices, devices, NULL);
+        cl_context context = (cl_context)desc->context;
+        if (!desc->device) error = cl->GetContextInfo(context, CL_CONTEXT_DEVICES, sizeof devices, devices, NULL);
         cl->device = devices[0];
-        if (error == CL_SUCCESS) error = cl->RetainContext((cl_context)desc->context);
+        if (error == CL_SUCCESS) error = cl->RetainContext(context);
         if (error != CL_SUCCESS) return error;
-        cl->context = (cl_context)desc->context;
+        cl->context = context;
     } else {
         if (!springls__cl_pick(cl, desc->kind)) return CL_DEVICE_NOT_FOUND;
         cl->context = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
@@ -705,12 +746,8 @@ SPRINGLS__FN cl_int springls__cl_begin(springls__cl *cl, const springls_cl_desc 
     error = springls__cl_describe(cl);
     if (error == CL_SUCCESS) error = springls__cl_fits(cl);
     if (error != CL_SUCCESS) return error;
-    if (desc->queue) {
-        error = cl->RetainCommandQueue((cl_command_queue)desc->queue);
-        if (error == CL_SUCCESS) cl->queue = (cl_command_queue)desc->queue;
-    } else {
-        cl->queue = cl->CreateCommandQueue(cl->context, cl->device, 0, &error);
-    }
+    if (desc->queue) error = springls__cl_take_queue(cl, (cl_command_queue)desc->queue);
+    else cl->queue = cl->CreateCommandQueue(cl->context, cl->device, 0, &error);
     return error == CL_SUCCESS ? springls__cl_build(cl, desc->velocity ? desc->velocity_source : NULL) : error;
 }
 
@@ -738,9 +775,9 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     if (!desc) desc = &none;
     if (!out) return SPRINGLS_INVALID_ARGUMENT;
     *out = NULL;
-    if ((int)desc->kind < SPRINGLS_CL_ANY || desc->kind > SPRINGLS_CL_CPU || desc->brick_items < 0 || desc->brick_items > SPRINGLS__ROWS
-        || (desc->queue && !desc->context) || !desc->velocity != !desc->velocity_source)
-        return SPRINGLS_INVALID_ARGUMENT;
+    if ((int)desc->kind < SPRINGLS_CL_ANY || desc->kind > SPRINGLS_CL_CPU) return SPRINGLS_INVALID_ARGUMENT;
+    if (desc->brick_items < 0 || desc->brick_items > SPRINGLS__ROWS) return SPRINGLS_INVALID_ARGUMENT;
+    if ((desc->queue && !desc->context) || !desc->velocity != !desc->velocity_source) return SPRINGLS_INVALID_ARGUMENT;
     cl = (springls__cl *)calloc(1, sizeof *cl);
     if (!cl) return SPRINGLS_OUT_OF_MEMORY;
     cl->logger = desc->logger;

@@ -34,7 +34,8 @@ SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after
 /* A sampled field: from the model's voxels to its own samples. */
 typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
 
-SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x, float *out)
+SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,
+                                            float *out)
 {
     const float *m = field->from_voxel;
     float f[3], corner[8];
@@ -52,7 +53,8 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
             size_t sx = (size_t)springls__imin(i[0] + (c & 1), field->size[0] - 1);
             size_t sy = (size_t)springls__imin(i[1] + ((c >> 1) & 1), field->size[1] - 1);
             size_t sz = (size_t)springls__imin(i[2] + (c >> 2), field->size[2] - 1);
-            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels + (size_t)channel];
+            corner[c] = data[(sx + (size_t)field->size[0] * (sy + (size_t)field->size[1] * sz)) * (size_t)field->channels
+                             + (size_t)channel];
         }
         out[channel] = springls__trilinear(corner, f[0], f[1], f[2]);
     }
@@ -62,9 +64,12 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
 SPRINGLS__MATHS float springls__curvature_at(const springls__grid *g, springls__v3 x)
 {
     float c = springls__grid_sample(g, g->phi, x);
-    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
-              + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
+    float sum = springls__grid_sample(g, g->phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x + 1.0f, x.y, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y + 1.0f, x.z))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
+                + springls__grid_sample(g, g->phi, springls__v3_make(x.x, x.y, x.z + 1.0f));
     return springls__clamp(sum - 6.0f * c, -2.0f, 2.0f);
 }
 
@@ -86,7 +91,8 @@ typedef struct springls__force_rule {
 SPRINGLS__USER_VELOCITY
 
 /* sigma of eq. 1. */
-SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x, float time)
+SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                               float time)
 {
     const float *n = rule->flow_numbers;
     springls__v3 out = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -102,14 +108,16 @@ SPRINGLS__MATHS springls__v3 springls__flow_at(const springls__model *model, con
 }
 
 /* With rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x, springls__v3 n, springls__v3 out)
+SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
+                                              springls__v3 n, springls__v3 out)
 {
     float rho;
     if (rule->pressure.channels != 0) {
         springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
         out = springls__mad(out, n, rule->pressure_weight * rho);
     }
-    if (rule->curvature_weight != 0.0f) out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
+    if (rule->curvature_weight != 0.0f)
+        out = springls__mad(out, n, -rule->curvature_weight * springls__curvature_at(&model->grid, x));
     return out;
 }
 
@@ -119,7 +127,8 @@ SPRINGLS__MATHS springls__v3 springls__pushed(const springls__model *model, cons
 typedef struct springls__movers { springls__v3 x[SPRINGLS__MOVERS]; } springls__movers;
 
 /* eq. 2: all move with the particle; or, with vertex_velocity, each with the flow where it is and the push of the whole. */
-SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule, springls__movers at, float time)
+SPRINGLS__MATHS springls__movers springls__slopes_of(const springls__model *model, const springls__force_rule *rule,
+                                                     springls__movers at, float time)
 {
     springls__v3 n = springls__normalize(springls__cross(springls__sub(at.x[2], at.x[1]), springls__sub(at.x[3], at.x[1]))), push;
     springls__movers slope;
@@ -144,7 +153,8 @@ SPRINGLS__MATHS springls__movers springls__moved_by(springls__movers at, springl
     return at;
 }
 
-SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule, springls__movers at)
+SPRINGLS__MATHS springls__movers springls__displacement_of(const springls__model *model, const springls__force_rule *rule,
+                                                           springls__movers at)
 {
     springls__movers k1 = springls__slopes_of(model, rule, at, rule->stage_time[0]), k2, k3, k4;
     int m;

@@ -7,17 +7,6 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* The range of bricks within `margin` of p, as far as there are any. */
-SPRINGLS__MATHS void springls__box_bricks(const springls__grid *g, springls__v3 p, float margin, int lo[3], int hi[3])
-{
-    lo[0] = springls__cell_coordinate(p.x - margin, g->size[0]) >> 3;
-    lo[1] = springls__cell_coordinate(p.y - margin, g->size[1]) >> 3;
-    lo[2] = springls__cell_coordinate(p.z - margin, g->size[2]) >> 3;
-    hi[0] = springls__cell_coordinate(p.x + margin, g->size[0]) >> 3;
-    hi[1] = springls__cell_coordinate(p.y + margin, g->size[1]) >> 3;
-    hi[2] = springls__cell_coordinate(p.z + margin, g->size[2]) >> 3;
-}
-
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
@@ -27,7 +16,8 @@ typedef struct springls__cell_walk {
     int large;
 } springls__cell_walk;
 
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower, springls__v3 upper)
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
+                                                              springls__v3 upper)
 {
     springls__cell_walk walk;
     const springls__grid *g = &model->grid;
@@ -77,12 +67,13 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 /* All springls whose particle may lie within r of x, and some more. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
-    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r), springls__v3_make(x.x + r, x.y + r, x.z + r));
+    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
+                                     springls__v3_make(x.x + r, x.y + r, x.z + r));
 }
 
 /* All springls of which some point may lie within `radius` of the box. */
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower, springls__v3 upper,
-                                                            float radius)
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
+                                                               springls__v3 upper, float radius)
 {
     float r = radius + model->cells.reach;
     return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
@@ -112,6 +103,7 @@ SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
-            if (cell[4] > cell[0]) reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+            if (cell[4] > cell[0])
+                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
     return reach;
 }

@@ -395,6 +395,8 @@ SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model,
     to->phi = model->set.phi[i];
     to->mask = model->set.mask[i];
     to->edge = model->set.edge[i];
+    to->parent = model->set.parent[i];
+    to->birth = model->set.birth[i];
 }
 
 SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, springls__job job, int i)
@@ -410,4 +412,6 @@ SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, 
     model->set.phi[i] = from->phi;
     model->set.mask[i] = (uchar)from->mask;
     model->set.edge[i] = (uchar)from->edge;
+    model->set.parent[i] = from->parent;
+    model->set.birth[i] = from->birth;
 }

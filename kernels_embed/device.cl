@@ -22,7 +22,7 @@ SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *mo
     return r;
 }
 
-/* Work items: rows of the active bricks, then bricks of the top table. First voxel of a row and where it lies. */
+/* The first voxel of row `row` of all active bricks' rows, and where it lies. */
 SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3])
 {
     int slot = g->active[row / SPRINGLS__ROWS];
@@ -38,6 +38,7 @@ SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int bric
     return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && state[brick] == SPRINGLS__OPEN;
 }
 
+/* Elements here: rows of the active bricks, then bricks of the top table. */
 SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model, springls__job job, int i)
 {
     springls__regions r = springls__regions_of(model);
@@ -135,7 +136,7 @@ SPRINGLS__MATHS int springls__region_vote(const springls__model *model, int x, i
     return g->phi[v] > 0.0f ? 1 : -1;
 }
 
-/* Labels become roots; what the voxels around a member say is added up there. Regions of bricks alone have no vote. */
+/* What the settled voxels around the members of a region say is added up at its root. Open bricks have none around them. */
 SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model, springls__job job, int i)
 {
     springls__regions r = springls__regions_of(model);

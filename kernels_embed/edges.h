@@ -91,7 +91,9 @@ typedef struct springls__strip { springls__v3 middle; float width2; } springls__
 SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const springls__v3 *p, const springls__v3 *n,
                                                    const float *weight, int count)
 {
-    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f), e2;
+    springls__v3 e1 = springls__fabs(facing.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f)
+                                                      : springls__v3_make(0.0f, 1.0f, 0.0f),
+                 e2;
     springls__patch patch = springls__patch_begin();
     springls__strip strip;
     float sum = 0.0f;
@@ -114,7 +116,8 @@ SPRINGLS__MATHS springls__strip springls__strip_of(springls__v3 facing, const sp
    than `narrow` (rows of triangles round a thin rim are no sides), and next to nothing is on none of them: a sixth at most,
    other sheets left out, or half of that and more narrowly judged where the answer must be certain. A springl is on a side
    that it lies on, whichever of several ways it has been turned. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight, int count, float narrow, int certain)
+SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+                                                     int count, float narrow, int certain)
 {
     const float on = certain ? 0.06f : 0.15f; /* voxel */
     springls__v3 tried[SPRINGLS__TRIES];
@@ -137,7 +140,9 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, cons
         int lies = springls__side_of(sides, n[i]) >= 0, away = 1;
         for (s = 0; s < sides.count; s++) {
             float along = springls__dot(n[i], sides.normal[s]);
-            lies = lies || (along > 0.3f && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
+            lies = lies
+                   || (along > 0.3f
+                       && springls__fabs(springls__dot(springls__sub(p[i], sides.middle[s]), sides.normal[s])) < on);
             away = away && along < SPRINGLS__AWAY;
         }
         if (lies) total += weight[i];
@@ -207,7 +212,8 @@ SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *cro
 }
 
 /* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
-SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known, springls__crowd *crowd)
+SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,
+                                            springls__crowd *crowd)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
@@ -228,8 +234,8 @@ SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, spring
 }
 
 /* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side, springls__v3 x, springls__v3 a0,
-                                                     int self)
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,
+                                                        springls__v3 x, springls__v3 a0, int self)
 {
     springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
     springls__fit_result result;
@@ -248,8 +254,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *c
 /* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
    is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
    ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x, springls__v3 n,
-                                                   springls__v3 a0, int self, int ways, int at_least)
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,
+                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
 {
     const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
     springls__fit_result fit[SPRINGLS__SIDES], result;
@@ -284,8 +290,8 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *cr
 }
 
 /* Place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
-SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known,
-                                          springls__fit_result *result)
+SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
+                                             int known, springls__fit_result *result)
 {
     springls__crowd crowd;
     springls__sides sides;

@@ -117,8 +117,10 @@ SPRINGLS__MATHS void springls__plant_element(const springls__model *model, sprin
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
     springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[4])[i];
+    int n = model->set.count + (int)at;
     springls__tri t;
     if (((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] != SPRINGLS__KEEP || at >= (uint32_t)job.i[0]) return;
     t = springls__equilateral(seed.p, seed.n, seed.toward, area);
-    springls__springl_add(model, model->set.count + (int)at, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);
+    model->set.parent[n] = model->set.id[i];
 }

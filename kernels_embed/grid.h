@@ -66,7 +66,8 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     float u = fx - (float)i, v = fy - (float)j, w = fz - (float)k, corner[8];
     bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
-        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(i, j, k);
+        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
     } else if (inner) {
@@ -82,9 +83,12 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
 {
     float c = springls__grid_sample(g, phi, x);
     float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
-    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
-    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
-    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f)) + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
+    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
+    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
+    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
+               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
@@ -92,21 +96,26 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
 SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
-    return springls__v3_make(
-        springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
-        springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h)) - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
+    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
+                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
+                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))
+                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
 }
 
 /* A brick with a margin of one voxel: 10x10x10 values, x fastest. */
 #define SPRINGLS__TILE 10
 #define SPRINGLS__TILE_VOXELS 1000
 
-SPRINGLS__MATHS int springls__tile_index(int x, int y, int z) { return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1)); }
+SPRINGLS__MATHS int springls__tile_index(int x, int y, int z)
+{
+    return x + 1 + SPRINGLS__TILE * (y + 1 + SPRINGLS__TILE * (z + 1));
+}
 
 /* Each item of a group loads some of its rows; it is there for all when this returns. */
-SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot, springls__group group,
-                                         SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int slot,
+                                         springls__group group, SPRINGLS__LOCAL float *tile)
 {
     int o[3], row, x;
     bool border;
@@ -170,8 +179,8 @@ typedef struct springls__wide_tile {
 
 /* As springls__load_tile; tile->value is the memory to use. Not `wanted`: nothing is loaded, but everybody waits all the same, as work
    items must. */
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3], springls__group group,
-                                              bool wanted, springls__wide_tile *tile)
+SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                              springls__group group, bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
     int x, row;
@@ -223,7 +232,10 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
 }
 
 
-SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g) { return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2]; }
+SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
+{
+    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
+}
 
 /* The bricks around (and including) the one at `origin`, d = 0..26: the first voxel of it in `at`; false where there is none. */
 SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int origin[3], int d, int at[3])

@@ -42,8 +42,9 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
         springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
         springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
         if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
+                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
         w = w * w;
         w = springls__vec_select(along > 0.4f, w * w, zero);
         springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
@@ -66,7 +67,8 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
 }
 
 /* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
@@ -78,8 +80,9 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
             continue;
         }
         v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value) + springls__known_lanes(v.ym, far_value)
-            + springls__known_lanes(v.yp, far_value) + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
+        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)
+              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)
+              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
         nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
                                                       springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
                                     springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));

@@ -12,14 +12,16 @@ SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_p
     springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
                                                                 springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
                                             springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                                              springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-                             springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
+    springls__vec edges = springls__vec_min(
+        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
+                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
+        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
     return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
 }
 
 /* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -36,8 +38,8 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
 
 /* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
    sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
     springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
@@ -78,7 +80,8 @@ SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__v
 }
 
 /* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                           float step, SPRINGLS__GLOBAL float *out)
 {
     springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
     springls__vmask inside = springls__vec_abs(v.c) <= width;
@@ -95,7 +98,8 @@ SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPR
     springls__vec_store(out, springls__vec_select(inside, change, v.c));
 }
 
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
@@ -103,12 +107,14 @@ SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRI
 
 SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
 {
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)), springls__vec_min(v.zm, v.zp));
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
+                             springls__vec_min(v.zm, v.zp));
 }
 
 SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
 {
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)), springls__vec_max(v.zm, v.zp));
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
+                             springls__vec_max(v.zm, v.zp));
 }
 
 SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
@@ -128,7 +134,8 @@ SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__v
 
 SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
 {
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp) + springls__slope2_lanes(v.zm, v.c, v.zp);
+    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)
+                       + springls__slope2_lanes(v.zm, v.c, v.zp);
     springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
     springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
     return v.c / (1.0f + share * excess);
@@ -178,7 +185,8 @@ SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))
+            * (1.0f / 3.0f);
     d = springls__vec_select(one > b, two, one);
     return springls__vec_select(d > c, three, d);
 }
@@ -192,7 +200,8 @@ SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi,
     springls__vec d = springls__vec_all(far_value);
     springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
     if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d)) d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
+    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
+        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
     d = springls__vec_select(v.c < 0.0f, -d, d);
     springls__vec_store(out, springls__vec_select(kept, v.c, d));
 }

@@ -17,11 +17,18 @@ typedef struct springls__constellation {
     SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
     SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */
     SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
+    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
+    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
     SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
     SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */
     int count, at_edges; /* at_edges: how many lie at a sharp edge */
-    uint32_t next_id;
+    uint32_t next_id, step; /* step: of the model, modulo 2^30 */
 } springls__constellation;
+
+/* Kinds of springls: springls_kind of the interface. */
+#define SPRINGLS__ORIGINAL 0u
+#define SPRINGLS__SPLIT 1u
+#define SPRINGLS__FILLED 2u
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
@@ -102,8 +109,10 @@ typedef struct springls__model {
 
 /* All arrays: name, element, elements that belong together, place in the model. */
 #define SPRINGLS__ARRAYS(X)                                                                                                       \
-    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id) X(GENERATION, uint32_t, 1, set.generation) \
-    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge) X(PHI_AT, float, 1, set.phi)        \
+    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
+    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
+    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \
+    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
     X(WAS, springls__v3, 1, set.was)                                                                                              \
     X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
     X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
@@ -127,9 +136,9 @@ typedef struct springls__packed {
     uint32_t id, generation;
     int32_t part;
     float phi;
-    uint32_t mask, edge;
+    uint32_t mask, edge, parent, birth;
 } springls__packed;
-#define SPRINGLS__PACKED_WORDS 28
+#define SPRINGLS__PACKED_WORDS (sizeof(springls__packed) / 4)
 
 #define SPRINGLS__MAX_NEIGHBORS 8 /* edges a vertex: the paper's limit, and a register of eight lanes */
 #define SPRINGLS__NEIGHBOR_ROW 24 /* of the three vertices of a springl */
@@ -171,6 +180,8 @@ SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s) { ret
 /* Does springl i lie at a sharp edge that is to be kept? */
 SPRINGLS__MATHS bool springls__at_edge(const springls__model *model, int i) { return model->params.keep_edges && model->set.edge[i]; }
 
+SPRINGLS__MATHS uint32_t springls__birth_of(const springls__model *model, uint32_t kind) { return 4u * model->set.step + kind; }
+
 /* A new springl in place i, at or beyond `count`: its id follows from the place. */
 SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, springls__springl s, springls__v3 a, uint32_t generation, uint8_t mask)
 {
@@ -181,6 +192,8 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     model->set.mask[i] = mask;
     model->set.part[i] = -1;
     model->set.edge[i] = 0;
+    model->set.parent[i] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);
     model->set.phi[i] = 0.0f;
     model->set.was[i] = s.p;
 }
@@ -202,7 +215,7 @@ SPRINGLS__MATHS void springls__way_element(const springls__model *model, springl
 /* The model's numbers, as kernels are given them. */
 typedef struct springls__shape {
     int size[3], bricks[3], springls, at_edges;
-    uint32_t next_id;
+    uint32_t next_id, step;
     int active_count, free_count, slot_count, large_count;
     float far_value, reference_far_value, reach;
 } springls__shape;
@@ -218,6 +231,7 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
     shape.springls = model->set.count;
     shape.at_edges = model->set.at_edges;
     shape.next_id = model->set.next_id;
+    shape.step = model->set.step;
     shape.active_count = model->grid.active_count;
     shape.free_count = model->grid.free_count;
     shape.slot_count = model->grid.slot_count;
@@ -238,6 +252,7 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->set.count = shape.springls;
     model->set.at_edges = shape.at_edges;
     model->set.next_id = shape.next_id;
+    model->set.step = shape.step;
     model->grid.active_count = shape.active_count;
     model->grid.free_count = shape.free_count;
     model->grid.slot_count = shape.slot_count;

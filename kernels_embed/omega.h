@@ -52,7 +52,8 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
 }
 
 /* Clips the bricks that come within `margin` of a springl to those of the top table. */
-SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s, float margin, int lo[3], int hi[3])
+SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS__GLOBAL const springls__springl *s,
+                                              float margin, int lo[3], int hi[3])
 {
     springls__v3 lower, upper;
     lower.x = springls__min(s->q[0].x, springls__min(s->q[1].x, s->q[2].x)) - margin;
@@ -81,7 +82,8 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 
 
 /* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
-SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
+                                             SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     const float capture = model->params.capture;

@@ -23,7 +23,8 @@ SPRINGLS__MATHS float springls__project_weight(float d2)
 
 /* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
    then it is of another sheet. */
-SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset, springls__v3 facing)
+SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,
+                                                        springls__v3 facing)
 {
     float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
     if (springls__dot(facing, s.n) <= 0.4f) return sum;
@@ -80,11 +81,17 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__may_nucleate(springls__projection f) { return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f; }
+SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)
+{
+    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
+}
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
    its old value in it. */
-SPRINGLS__MATHS float springls__doubtful(float phi, float far_value) { return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value; }
+SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)
+{
+    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
+}
 
 SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
 

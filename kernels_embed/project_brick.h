@@ -22,7 +22,9 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 /* Ranges of `oriented` that may come near a brick: the cells of the brick and one around it, rows along x, and the large. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
-typedef struct springls__near_ranges { int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count; } springls__near_ranges;
+typedef struct springls__near_ranges {
+    int first[SPRINGLS__NEAR_RANGES], end[SPRINGLS__NEAR_RANGES], count;
+} springls__near_ranges;
 
 SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, int first, int end)
 {
@@ -42,7 +44,8 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
             for (x = -8; x <= 8; x += 8) {
                 int bx = origin[0] + x, by = origin[1] + y, bz = origin[2] + z, first, last;
                 SPRINGLS__GLOBAL const uint32_t *cell;
-                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2]) continue;
+                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])
+                    continue;
                 cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
@@ -62,7 +65,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
 #define SPRINGLS__SUMS 11
 #define SPRINGLS__NEAREST2 11
 #define SPRINGLS__FACING 12
-#define SPRINGLS__SUMS_FLOATS 7680 /* of all of them */
+#define SPRINGLS__SUMS_FLOATS ((SPRINGLS__FACING + 3) * SPRINGLS__BRICK_VOXELS) /* of all of them */
 
 SPRINGLS__MATHS int springls__sum_at(int member, int voxel) { return member * SPRINGLS__BRICK_VOXELS + voxel; }
 
@@ -82,7 +85,8 @@ SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 of
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
 /* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out);
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out);
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
@@ -93,7 +97,8 @@ SPRINGLS__MATHS int springls__first_near(float x) { return (int)springls__max(x 
 SPRINGLS__MATHS int springls__last_near(float x) { return (int)springls__min(x + SPRINGLS__PROJECT_RADIUS, 7.0f); }
 
 /* Takes a springl into the rows of a brick that it reaches: first as the nearest, then, when that is known, into the sums. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, bool nearest, SPRINGLS__LOCAL float *sums)
+SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group,
+                                            bool nearest, SPRINGLS__LOCAL float *sums)
 {
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int y0, y1, z0, z1, y, z;
@@ -116,8 +121,8 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
 }
 
 /* The nearest springl of every voxel, then the sums over those that face the same way. */
-SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                            SPRINGLS__LOCAL float *sums)
+SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
+                                               const int origin[3], SPRINGLS__LOCAL float *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k, v;
@@ -128,9 +133,11 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
             for (k = 0; k < SPRINGLS__SUMS; k++) sums[springls__sum_at(k, v)] = 0.0f;
         }
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, true, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, true, sums);
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) springls__reached_rows(oriented[k], origin, model->group, false, sums);
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            springls__reached_rows(oriented[k], origin, model->group, false, sums);
 }
 
 SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
@@ -145,7 +152,8 @@ SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const spr
 }
 
 /* phi at voxel x by the sides of the crease that springls about it lie at; false where there is none. */
-SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, float *phi)
+SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, const springls__near_ranges *near_by,
+                                               springls__v3 x, float *phi)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -169,7 +177,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 }
 
 /* Is there a springl that faces against the mean normal of the sums at voxel x, and has x behind it too? */
-SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x, springls__v3 normal)
+SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const springls__near_ranges *near_by, springls__v3 x,
+                                             springls__v3 normal)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
     int r, k;
@@ -178,7 +187,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f)) return true;
+            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
+                return true;
         }
     return false;
 }
@@ -186,9 +196,9 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
 /* A voxel that springls are near: its value carried along, made exact by them, and put back inside where phi has lost a sheet
    thinner than a voxel: both of its sides say that the voxel lies between them. The two sides of a gap both say outside; a
    thread may break. */
-SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by, const springls__wide_tile *tile,
-                                           const int origin[3], int v, springls__moments sum, bool carry, bool at_edge,
-                                           float phi)
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
+                                              const springls__wide_tile *tile, const int origin[3], int v,
+                                              springls__moments sum, bool carry, bool at_edge, float phi)
 {
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
@@ -198,14 +208,16 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f) && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
+    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)
+        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
     return springls__corrected_phi(phi, f);
 }
 
 /* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
-SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
+                                               SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__LOCAL float *sums = memory;
@@ -228,7 +240,8 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
             if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge, phi[v]);
+                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
+                                                 phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
                 out[v] = springls__doubtful(phi[v], g->far_value);
                 *in_doubt = 1;
@@ -246,7 +259,8 @@ SPRINGLS__MATHS void springls__settle_element(const springls__model *model, spri
     int row, v;
     if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        if (in_doubt) springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+        if (in_doubt)
+            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             if (!in_doubt) out[v] = from[v];
             else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);

@@ -33,7 +33,10 @@ SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
    neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
 #define SPRINGLS__NEAR 0.577f
 
-SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d) { return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR; }
+SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)
+{
+    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;
+}
 
 /* First guess for a voxel that gets its distance from its neighbours: it is not near. */
 SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
@@ -72,7 +75,8 @@ SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, f
 SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
-SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
+                                                SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -84,7 +88,8 @@ SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, sp
 }
 
 /* One Jacobi sweep of |grad phi| = 1; voxels at the interface keep their distance. */
-SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -113,6 +118,6 @@ SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi,
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] =
-        springls__band_reach(model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(
+        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }

@@ -79,19 +79,23 @@ SPRINGLS__MATHS void springls__split_element(const springls__model *model, sprin
     halves[2u * at + 1u] = springls__child_of(model, i, 1);
 }
 
-/* The first half takes the parent's place, the second goes behind all that were there. */
+/* The first half takes the parent's place, the second goes behind all that were there. A springl that was filled stays one. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__job job, int i)
 {
     SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
     springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);
     springls__half first, second;
+    int n = model->set.count + (int)at;
     if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
     first = halves[2u * at];
     second = halves[2u * at + 1u];
     model->set.generation[i]++;
-    springls__springl_add(model, model->set.count + (int)at, second.s, second.a, model->set.generation[i], model->set.mask[i]);
-    model->set.was[model->set.count + (int)at] = springls__sub(second.s.p, moved);
+    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
+    model->set.was[n] = springls__sub(second.s.p, moved);
+    model->set.parent[n] = model->set.id[i];
+    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
+    model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
     model->set.was[i] = springls__sub(first.s.p, moved);

@@ -2,7 +2,8 @@
 
 #ifndef SPRINGLS__LANES
 
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,
+                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
 {
     int e, m;
     for (m = 0; m < 3; m++) {
@@ -18,7 +19,8 @@ SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__sp
     }
 }
 
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z, SPRINGLS__GLOBAL float *row)
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -29,18 +31,20 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x, int y, int z,
-                                     SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     int i;
     for (i = 0; i < 8; i++) {
         springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
         float within = omega[i] + 0.5f + reach;
-        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within) side[i] += springls__side(*plan, at);
+        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)
+            side[i] += springls__side(*plan, at);
     }
 }
 
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) {
@@ -120,13 +124,16 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
 {
     int i;
     for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)], sums[springls__sum_at(SPRINGLS__FACING + 1, i)], sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
+        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],
+                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],
+                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
         springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
         springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough, SPRINGLS__GLOBAL float *out)
+SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+                                          SPRINGLS__GLOBAL float *out)
 {
     int i;
     for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);

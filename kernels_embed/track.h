@@ -12,7 +12,8 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
     const springls__grid *g = &model->reference;
     int i;
     for (i = 0; i < model->params.track_iterations; i++)
-        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a), model->params.track_step);
+        a = springls__project_step(a, springls__grid_sample_smooth(g, g->phi, a), springls__grid_gradient(g, g->phi, a),
+                                   model->params.track_step);
     return a;
 }
 
@@ -40,7 +41,8 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
         int other, count = 0;
         while ((other = springls__cell_walk_next(&walk)) >= 0) {
             float d2;
-            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f) continue; /* the far sheet */
+            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
+                continue; /* the far sheet */
             d2 = springls__springl_distance2(s, model->set.s[other]);
             if (d2 > radius * radius) continue;
             sum = springls__add(sum, model->set.a[other]);
@@ -58,7 +60,8 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
 }
 
 /* The quadratic fit at x over the particles around, springls before `known` only. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0, int known)
+SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, springls__v3 x, springls__v3 n,
+                                                      springls__v3 a0, int known)
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
@@ -80,7 +83,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     result = springls__fit_end(fit);
     if (!result.ok) return result;
     /* A fit may interpolate but not run away: at most a voxel beyond its neighbours' range, or beyond the tangent plane. */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f), springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
+    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
+                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
                                  springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
     return result;

@@ -10,7 +10,8 @@
 #define SPRINGLS__BACKGROUND 2
 
 /* To SCRATCH2, one a brick of the top table: is it blocked? */
-SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *nearest)
+SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__job job, int i,
+                                                   SPRINGLS__LOCAL float *nearest)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
@@ -24,7 +25,8 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
     nearest[group.item] = least;
     SPRINGLS__BARRIER;
     for (v = 0; v < group.items; v++) least = springls__min(least, nearest[v]);
-    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
+    if (group.item == 0)
+        ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
 /* The background takes a block of step^3 bricks, unless one of them is blocked. */
@@ -74,7 +76,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
 }
 
 /* What the bricks have found: constant ones are outside or inside, in active ones phi is 1 (background) or -1 (not yet). */
-SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__job job, int i,
+                                                  SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
     bool background = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__BACKGROUND;
@@ -96,13 +99,15 @@ SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int
 /* Is the background beside a block of b^3 voxels? */
 SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x, int y, int z, int b)
 {
-    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z) || springls__background_at(g, x, y - 1, z)
-        || springls__background_at(g, x, y + b, z) || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
+    return springls__background_at(g, x - 1, y, z) || springls__background_at(g, x + b, y, z)
+           || springls__background_at(g, x, y - 1, z) || springls__background_at(g, x, y + b, z)
+           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
 /* One growth of the background by blocks of b^3 voxels, b = job.i[0] = 4, 2 or 1, in an active brick, phi to phi_next. All voxels
    of a block are alike, so one voxel of a neighbour block speaks for it. To SCRATCH1: has it grown? */
-SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index, SPRINGLS__LOCAL float *grown)
+SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__job job, int index,
+                                            SPRINGLS__LOCAL float *grown)
 {
     const springls__grid *g = &model->grid;
     const springls__group group = model->group;
@@ -186,7 +191,8 @@ SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t vo
 }
 
 /* The side becomes the sign of the distance. */
-SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
+SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, springls__job job, int i,
+                                                 SPRINGLS__LOCAL float *memory)
 {
     size_t first = (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *phi = model->grid.phi + first;

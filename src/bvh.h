@@ -126,6 +126,19 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
+/* Memory for n triangles; the first `keep` and their nodes stay. */
+SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
+    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 3 * keep * sizeof(springls__v3));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
+    surface->points = (springls__v3 *)surface->points_memory.data;
+    surface->order = (int *)surface->order_memory.data;
+    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
+    return status;
+}
+
 /* Makes room for count triangles; the caller writes surface->points (3 a triangle), then calls springls__surface_finish.
    On failure the surface is empty and can be freed. */
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
@@ -134,13 +147,7 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     surface->count = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
-    surface->points = (springls__v3 *)surface->points_memory.data;
-    surface->order = (int *)surface->order_memory.data;
-    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
-    return SPRINGLS_OK;
+    return springls__surface_room(ctx, surface, n, 0);
 }
 
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
@@ -158,7 +165,7 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
         items[i].center[2] = p[0].z + p[1].z + p[2].z;
         items[i].triangle = i;
     }
-    surface->count = count;
+    surface->count = surface->given = count;
     springls__bvh_split(surface, items);
     for (i = 0; i < count; i++) surface->order[i] = items[i].triangle;
     springls__bvh_bound(surface);
@@ -263,6 +270,46 @@ SPRINGLS__FN springls__surface_hit springls__surface_closest(const springls__sur
                                                              float max_distance)
 {
     return springls__surface_closest_from(surface, x, max_distance, -1);
+}
+
+/* ---- all that are near ---- */
+
+/* A walk over the triangles of all leaves whose box comes within r of x. */
+typedef struct springls__near_walk {
+    const springls__surface *surface;
+    springls__v3 x;
+    float r;
+    int stack[SPRINGLS__BVH_STACK], top, next, end;
+} springls__near_walk;
+
+SPRINGLS__FN springls__near_walk springls__near_walk_begin(const springls__surface *surface, springls__v3 x, float r)
+{
+    springls__near_walk walk;
+    walk.surface = surface;
+    walk.x = x;
+    walk.r = r;
+    walk.top = walk.next = walk.end = 0;
+    if (surface->count) walk.stack[walk.top++] = 0;
+    return walk;
+}
+
+/* The next triangle, or -1 at the end. */
+SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
+{
+    while (walk->next == walk->end) {
+        const springls__bvh_node *node;
+        if (!walk->top) return -1;
+        node = &walk->surface->nodes[walk->stack[--walk->top]];
+        if (springls__bvh_box_distance2(node, walk->x) > walk->r * walk->r) continue;
+        if (node->count) {
+            walk->next = node->first;
+            walk->end = node->first + node->count;
+        } else {
+            walk->stack[walk->top++] = node->first + 1;
+            walk->stack[walk->top++] = node->first;
+        }
+    }
+    return walk->surface->order[walk->next++];
 }
 
 /* ---- rays ---- */

@@ -14,7 +14,8 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
         if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY)
-            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
+            missing[n++] = springls__brick_at(g, springls__cell_coordinate(p.x, g->size[0]),
+                                              springls__cell_coordinate(p.y, g->size[1]),
                                               springls__cell_coordinate(p.z, g->size[2]));
     }
     if (n == 0) return SPRINGLS_OK;
@@ -41,7 +42,8 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     cells->reach = 0.0f;
     cells->large_count = 0;
     for (i = 0; i < g->active_count; i++)
@@ -76,8 +78,12 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), 0));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int), (void **)&missing));
+    SPRINGLS__TRY(springls__to_host(ctx,
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                        | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    0));
+    SPRINGLS__TRY(springls__scratch(ctx, 0, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count), sizeof(int),
+                                    (void **)&missing));
     for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
         uint32_t reach = ~0u;
         int o[3];

@@ -6,7 +6,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY || array == SPRINGLS__ARRAY_NEIGHBORS)
+    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
+        || array == SPRINGLS__ARRAY_NEIGHBORS)
         used = (size_t)m->set.count;
     else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
         used = (size_t)m->grid.slot_count;
@@ -41,7 +42,8 @@ SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
     }
     ctx->backend = NULL;
     ctx->on_device = false;
-    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error, ctx->lost ? ", the model is lost" : "");
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error,
+                                         ctx->lost ? ", the model is lost" : "");
     return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
 }
 
@@ -62,7 +64,8 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
-        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK) return springls__leave_backend(ctx);
+        if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
+            return springls__leave_backend(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
@@ -75,7 +78,8 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
-            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes, buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
+            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
+                                               buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
             buffer->device_stale = !buffer->host_stale;
         }
         if (buffer->device_stale) SPRINGLS__TRY(springls__transfer(ctx, (springls__array)array, false));
@@ -88,11 +92,12 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
-    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK) return SPRINGLS_OK;
+    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
+        return SPRINGLS_OK;
     return springls__leave_backend(ctx);
 }
 
-/* Stages run on the device ... */
+/* From now on kernels run on the device, where there is one: for stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
 /* Whatever the device has is of no use any more. */
@@ -121,9 +126,23 @@ SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_stat
     return status;
 }
 
-/* ... inputs and queries here. */
+/* Working memory of stages: what it holds is of no use to whoever comes after them. */
+#define SPRINGLS__WORK_BITS                                                                                                      \
+    ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
+     SPRINGLS__BIT(BRICK_LIST) | SPRINGLS__BIT(SPARE))
+
+SPRINGLS__FN void springls__forget_work(springls_context *ctx)
+{
+    int array;
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
+        if (SPRINGLS__WORK_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+}
+
+/* From now on they run here, on all of the model: for inputs and queries. */
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS, writes ? SPRINGLS__ALL_BITS : 0));
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
+    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }

@@ -47,6 +47,14 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
+/* Attributes follow the springls (attributes.h): what may fail, before springls are split or removed; and what cannot, afterwards.
+   Springls have been filled in behind `known` ones: on failure they are taken away again. */
+SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits);
+SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known);
+SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx);
+SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count);
+SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
+
 /* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
 SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
 {

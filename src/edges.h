@@ -59,7 +59,8 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
 
 /* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
    leaves the distances inside it unrounded, a concave one those outside. */
-SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside, springls__crowd *crowd)
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
+                                        springls__crowd *crowd)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -105,7 +106,8 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
-        for (m = 0; m < 3; m++) s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        for (m = 0; m < 3; m++)
+            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
         s->p = fit.point;
         for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
         *s = springls__springl_finished(*s);
@@ -139,7 +141,8 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
     springls_context *ctx = (springls_context *)arg;
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
-        if (springls__has_kink(&ctx->model.grid, s->p) && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
+        if (springls__has_kink(&ctx->model.grid, s->p)
+            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
             ctx->model.set.a[begin] = s->p;
             ctx->model.set.was[begin] = s->p;
         }

@@ -13,10 +13,14 @@ SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, s
 }
 
 /* One edge for each lane: where it starts, its vector, 1 / length^2, and whether it is there. */
-typedef struct springls__edges_lanes { float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES]; int there[SPRINGLS__LANES]; } springls__edges_lanes;
+typedef struct springls__edges_lanes {
+    float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES];
+    int there[SPRINGLS__LANES];
+} springls__edges_lanes;
 
 /* Edges codes[stride * lane]; a lane without one (-1) gets an edge of springl `instead`, of no effect. */
-SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes, int stride, int instead)
+SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes,
+                                          int stride, int instead)
 {
     int lane, axis, some = 0;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
@@ -38,8 +42,8 @@ SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const sp
 }
 
 /* springls__vertex_force of one vertex of each springl. */
-SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all, springls__vec3 q,
-                                                        const int *rows, int stride, int instead)
+SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all,
+                                                           springls__vec3 q, const int *rows, int stride, int instead)
 {
     springls__vec3 c = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f)), a, ab, d;
     springls__vec x, s, zero = c.x;
@@ -68,7 +72,11 @@ SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule 
 }
 
 /* An axis, and the sine and cosine of the angle about it. */
-typedef struct springls__turn_lanes { springls__vec3 axis; springls__vec sine, cosine; springls__vmask some; } springls__turn_lanes;
+typedef struct springls__turn_lanes {
+    springls__vec3 axis;
+    springls__vec sine, cosine;
+    springls__vmask some;
+} springls__turn_lanes;
 
 SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
 {
@@ -83,9 +91,10 @@ SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
 
 SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const springls__turn_lanes *turn)
 {
-    springls__vec3 r = springls__vec3_add(springls__vec3_add(springls__vec3_scale(v, turn->cosine),
-                                                             springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
-                                          springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
+    springls__vec3 r = springls__vec3_add(
+        springls__vec3_add(springls__vec3_scale(v, turn->cosine),
+                           springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
+        springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
     r.x = springls__vec_select(turn->some, r.x, v.x);
     r.y = springls__vec_select(turn->some, r.y, v.y);
     r.z = springls__vec_select(turn->some, r.z, v.z);
@@ -93,8 +102,8 @@ SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const spr
 }
 
 /* springls__relax_springl of springls first, first + 1, ... `lanes` of them; idle lanes repeat the last. */
-SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first, int lanes,
-                                          springls__springl *next)
+SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first,
+                                          int lanes, springls__springl *next)
 {
     float record[16][SPRINGLS__LANES];
     springls__vec3 p, q[3], g[3], spring[3], turning = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f));

@@ -9,6 +9,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
@@ -55,7 +56,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
+    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
+                             | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
@@ -65,7 +67,8 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (springls__grid_contains(&ctx->model.grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
-                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v], sizeof(float));
+                hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v],
+                                      sizeof(float));
     }
     return hash;
 }

@@ -119,7 +119,7 @@ SPRINGLS__FN springls_status springls__scratch(springls_context *ctx, int index,
     return SPRINGLS_OK;
 }
 
-/* Two arrays of one size change places. */
+/* Two arrays of one element size change places, with their memory here and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
 {
     springls__buffer memory = ctx->memory[a];

@@ -9,7 +9,8 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE), SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
+                                    SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
     memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
@@ -35,7 +36,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     return SPRINGLS_OK;
 }
 
-/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. */
+/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. Ends with a loop. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -43,7 +44,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
-        springls__run(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;

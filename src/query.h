@@ -50,7 +50,8 @@ SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
     const springls_context *ctx = q->ctx;
     int i;
     for (i = begin; i < end; i++) {
-        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi, springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
+        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi,
+                                          springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
         if (q->inside) q->inside[i] = phi < 0.0f;
         else q->out[i] = phi * ctx->smallest_spacing;
     }
@@ -72,8 +73,8 @@ SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
     int i;
     for (i = begin; i < end; i++) {
         springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
-        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x), (double)ctx->smallest_spacing,
-                                    q->out + 3 * (size_t)i);
+        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x),
+                                    (double)ctx->smallest_spacing, q->out + 3 * (size_t)i);
     }
 }
 
@@ -197,7 +198,8 @@ SPRINGLS__FN bool springls__affine_fit_solve(springls__affine_fit *fit, springls
 
 /* What is left when there are too few neighbours: an original springl is taken for the triangle `own` that it came from,
    any other has its one correspondence. */
-SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
 {
     springls__tri t = springls__springl_tri(ctx->model.set.s[springl]);
     springls__tri_hit at = springls__tri_closest(t, x), center = springls__tri_closest(t, ctx->model.set.s[springl].p);
@@ -210,34 +212,24 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
 
 /* The place on the original surface of place x (voxels) of a springl, before projection: the affine map of the springls
    around it that face the same side. `own` is the original triangle at the springl's correspondence. */
-SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x, springls__tri own)
+SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
+                                                       springls__tri own)
 {
     const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
-    const springls__surface *model = &ctx->springl_surface;
     const springls__springl *s = ctx->model.set.s;
     springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
     const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
-    int stack[SPRINGLS__BVH_STACK], top = 0, i;
+    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, center, search);
+    int j;
     memset(&fit, 0, sizeof fit);
-    if (model->count) stack[top++] = 0;
-    while (top) {
-        const springls__bvh_node *node = &model->nodes[stack[--top]];
-        if (springls__bvh_box_distance2(node, center) > search * search) continue;
-        if (!node->count) {
-            stack[top++] = node->first + 1;
-            stack[top++] = node->first;
-            continue;
-        }
-        for (i = 0; i < node->count; i++) {
-            int j = model->order[node->first + i];
-            springls__v3 r = springls__sub(s[j].p, x);
-            float d2 = springls__length2(r) / (radius * radius), apart;
-            if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
-            apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-            if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
-            springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
-        }
+    while ((j = springls__near_walk_next(&walk)) >= 0) {
+        springls__v3 r = springls__sub(s[j].p, x);
+        float d2 = springls__length2(r) / (radius * radius), apart;
+        if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
+        apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
+        if (apart > 16.0f * radius * radius) continue; /* met here, but from another part of the original */
+        springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
     }
     if (fit.count >= 4) {
         springls__affine_fit_normal(&fit, normal, springls__tri_normal(own), 0.1 * fit.weight);
@@ -247,7 +239,8 @@ SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *c
 }
 
 /* The triangle and barycentric coordinates in the mesh as it was given. */
-SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle, float bary[3])
+SPRINGLS__FN void springls__source_of(const springls__surface *surface, const springls__surface_hit *h, int *triangle,
+                                      float bary[3])
 {
     int source = surface->source ? surface->source[h->triangle] : 2 * h->triangle;
     *triangle = source / 2;
@@ -276,7 +269,8 @@ typedef struct springls__hit_query {
 } springls__hit_query;
 
 /* distance: model units. */
-SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance, springls_hit *out)
+SPRINGLS__FN void springls__hit_fill(const springls_context *ctx, const springls__surface_hit *h, float distance,
+                                     springls_hit *out)
 {
     springls__v3 voxel;
     springls__surface_hit material;

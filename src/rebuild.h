@@ -22,7 +22,10 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI), SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3)));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(PHI),
+                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2)
+                                        | SPRINGLS__BIT(SCRATCH3)));
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -45,10 +48,17 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-    springls__swap_phi(ctx);
-    springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
-    return springls__band_move(ctx);
+    switch (ctx->work.part) {
+    case 0:
+        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 1);
+    case 1:
+        springls__swap_phi(ctx);
+        if (ctx->work.turn++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 1);
+    default: return SPRINGLS_OK;
+    }
 }
 
 SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)

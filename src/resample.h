@@ -12,11 +12,13 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
+    SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
     springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
     springls__run(ctx, SPRINGLS__KERNEL_split_store, count, springls__job_of(splits));
     springls__constellation_added(ctx, splits);
     ctx->stats.split += splits;
     springls__constellation_changed(ctx);
+    springls__attributes_after_split(ctx, count);
     return SPRINGLS_OK;
 }
 

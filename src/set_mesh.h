@@ -383,7 +383,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, bool balanced)
+SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springls__mesh_intake *m, int given, bool balanced)
 {
     springls__mesh_distance distance;
     uint8_t mirrored = springls__is_mirrored(ctx);
@@ -406,14 +406,17 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
-    if (!balanced) SPRINGLS__TRY(springls__rebuild(ctx));
+    if (!balanced) SPRINGLS__TRY(springls__whole(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
     ctx->original.source = (int *)ctx->original.source_memory.data;
+    ctx->original.given = given;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    SPRINGLS__TRY(springls__find_bare(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    springls__finish_loop(ctx);
+    SPRINGLS__TRY(springls__cover(ctx));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -460,7 +463,7 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
-    status = springls__mesh_adopt(ctx, m, unbalanced == 0);
+    status = springls__mesh_adopt(ctx, m, triangle_count, unbalanced == 0);
     SPRINGLS__TRY(springls__clear_on_failure(ctx, status));
     springls__mesh_log(ctx, report, unbalanced || !report->misoriented_edges);
     if (beyond) springls__log(ctx, 2, "the mesh reaches beyond the grid: its level set ends at the grid's border");

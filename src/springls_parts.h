@@ -52,6 +52,7 @@
 #include "coherence.h"
 #include "run.h"
 #include "stage.h"
+#include "parts.h"
 #include "constellation.h"
 #include "grid.h"
 #include "cells.h"
@@ -86,8 +87,12 @@
 /* out */
 #include "query.h"
 #include "read.h"
+#include "attributes.h"
+#include "material.h"
 #include "isosurface.h"
 #include "measure.h"
+#include "chunks.h"
+#include "snapshot.h"
 #include "kernel_source.h"
 
 #include "context.h"

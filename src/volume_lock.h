@@ -5,7 +5,12 @@
    Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
-typedef struct springls__part { double volume, area; float offset, moved; int32_t kin; bool speck; } springls__part; /* moved: offsets in all */
+typedef struct springls__part {
+    double volume, area;
+    float offset, moved;
+    int32_t kin;
+    bool speck;
+} springls__part; /* moved: offsets in all */
 
 typedef struct springls__parts {
     springls__part *part;
@@ -57,7 +62,8 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts 
             for (d = 0; d < 6; d++) {
                 springls__voxel_beside(x, y, z, d, to);
                 if (springls__is_inside(g, to[0], to[1], to[2]))
-                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v, springls__part_node(g, parts, to[0], to[1], to[2]));
+                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
+                                        springls__part_node(g, parts, to[0], to[1], to[2]));
             }
         }
     }
@@ -94,8 +100,8 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
                         for (m = 0; m < 3; m++) {
                             int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
                             if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
-                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1), range.origin[1] + y + (c >> 1 & 1),
-                                                           range.origin[2] + z + (c >> 2));
+                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1),
+                                                           range.origin[1] + y + (c >> 1 & 1), range.origin[2] + z + (c >> 2));
                         }
                         visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
                     }
@@ -119,7 +125,8 @@ SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__t
     if (label < 0) return;
     part = &parts->part[label];
     part->area += 0.5 * (double)springls__length(area2);
-    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z) * (1.0 / 6.0);
+    part->volume += ((double)t.a.x * (double)area2.x + (double)t.a.y * (double)area2.y + (double)t.a.z * (double)area2.z)
+                    * (1.0 / 6.0);
 }
 
 SPRINGLS__FN void springls__measure_parts(const springls__grid *g, springls__parts *parts)
@@ -163,7 +170,8 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
 SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
 {
     const springls__grid *g = &ctx->model.grid;
-    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2], nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
+    int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2],
+            nodes = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks;
     int32_t i, o[3];
     int v;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "volume lock: the surface is too large");
@@ -230,7 +238,13 @@ SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const sp
 /* What is known before and what there is now, as nodes of one forest: components before come first. */
 typedef struct springls__kin { double target, volume, area; int64_t votes; } springls__kin; /* of a root: of all its tree */
 
-typedef struct springls__kinship { springls__kin *kin; int32_t *parent; uint64_t *votes; size_t vote_count; int before; } springls__kinship;
+typedef struct springls__kinship {
+    springls__kin *kin;
+    int32_t *parent;
+    uint64_t *votes;
+    size_t vote_count;
+    int before;
+} springls__kinship;
 
 SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
 {
@@ -297,7 +311,8 @@ SPRINGLS__FN void springls__tie_specks(const springls__parts *parts, springls__k
     for (i = 1; i < parts->count; i++)
         if (parts->part[i].volume > parts->part[largest].volume) largest = i;
     for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
-        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume)) springls__make_kin(k, i, k->before + largest);
+        if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume))
+            springls__make_kin(k, i, k->before + largest);
 }
 
 /* Kin have together what they had before. Who has no kin is to have what there is. */

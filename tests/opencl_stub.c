@@ -215,6 +215,13 @@ cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device, c
     return queue;
 }
 
+cl_int clGetCommandQueueInfo(cl_command_queue queue, cl_command_queue_info what, size_t size, void *value, size_t *size_out)
+{
+    MAY_FAIL(clGetCommandQueueInfo);
+    used("clGetCommandQueueInfo", queue);
+    return REAL(clGetCommandQueueInfo, queue, what, size, value, size_out);
+}
+
 cl_int clRetainCommandQueue(cl_command_queue queue)
 {
     MAY_FAIL(clRetainCommandQueue);

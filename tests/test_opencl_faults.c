@@ -113,6 +113,46 @@ TEST no_platform_and_no_library(void)
     PASS();
 }
 
+/* Of the caller's queues only one in order, of the context given, is taken; it works, and is given back. */
+TEST queues_of_the_caller(void)
+{
+    const springls__cl *cl = (const springls__cl *)(const void *)reliable;
+    cl_context own, other;
+    cl_command_queue queues[3];
+    springls_cl_desc desc;
+    springls_backend *backend;
+    fault_log log;
+    cl_int error;
+    int i;
+    NEEDS_STUB();
+    fault_count();
+    own = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
+    other = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
+    queues[0] = cl->CreateCommandQueue(own, cl->device, 0, &error);
+    queues[1] = cl->CreateCommandQueue(own, cl->device, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE, &error);
+    queues[2] = cl->CreateCommandQueue(other, cl->device, 0, &error);
+    for (i = 0; i < 3; i++) {
+        if (!queues[i]) continue; /* out of order is an option of the device */
+        memset(&desc, 0, sizeof desc);
+        memset(&log, 0, sizeof log);
+        desc.library = stub_path;
+        desc.context = own;
+        desc.queue = queues[i];
+        desc.logger.log = fault_logger;
+        desc.logger.user = &log;
+        ASSERT_STATUS(i == 0 ? SPRINGLS_OK : SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
+        ASSERT_EQ(i == 0, backend != NULL);
+        ASSERT_EQ(i == 0, strstr(log.lines, "the queue is out of order, or of another context") == NULL);
+        if (i == 0) ASSERT_EQ(queues[0], ((springls__cl *)(void *)backend)->queue);
+        springls_cl_destroy(backend);
+        cl->ReleaseCommandQueue(queues[i]);
+    }
+    cl->ReleaseContext(own);
+    cl->ReleaseContext(other);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
 /* A copy of the stub whose symbol `name` is called otherwise. */
 FIXTURE bool fault_library_without(const char *name, const char *path)
 {
@@ -355,6 +395,7 @@ SUITE(making)
     RUN_TESTp(making_a_backend_fails, CL_OUT_OF_HOST_MEMORY);
     RUN_TEST(kernels_do_not_compile);
     RUN_TEST(no_platform_and_no_library);
+    RUN_TEST(queues_of_the_caller);
     RUN_TEST(functions_are_missing);
 }
 
