@@ -512,7 +512,7 @@ TEST mirrored_subjects_lie_on_the_other_side(void)
     atlas_subject_free(&plain);
     atlas_subject_free(&mirrored);
     char named[600]; /* one subject alone */
-    snprintf(named, sizeof named, "mirror:%s:1", names[0]);
+    snprintf(named, sizeof named, "mirror:%s:1+2", names[0]);
     ASSERT(atlas_subject_read(named, NULL, NULL, false, &mirrored));
     ASSERT_IN_RANGE(2.0 * (double)middle - 3.0, mirrored.target.center[0], 0.1);
     atlas_subject_free(&mirrored);
