@@ -10,11 +10,11 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { PATH_SIZE = 300 };
+enum { PAGE_PATH = 300 };
 
 /* One section of the page for each kind of step. */
 static const struct {
-    const char *heading, *text, *columns, *pictures[4];
+    const char *heading, *text, *columns, *pictures[5];
 } sections[IMAGING_KINDS] = {
     {"Images", "Made for this run.", "", {NULL}},
     {"Segmentation: active contours of springls",
@@ -30,7 +30,7 @@ static const struct {
      "is the same piece of the body in every frame. Errors are means over all frames; particles: every springl against the exact "
      "motion, where that is known.",
      "Sequence|Frames|Springls|Kept in all frames|Volume, ml|Dice, least|Landmarks, mm|voxels|Particles, mm|voxels|Mode 1|Time, s",
-     {"volume.png", "landmarks.png", "film.png", "modes.png"}},
+     {"volume.png", "landmarks.png", "particles.png", "film.png", "modes.png"}},
     {"Large steps: no CFL limit",
      "One motion in 1, 2, 5 and 20 steps by Algorithm 3, and by level sets without springls. Errors in voxels against the exactly moved "
      "surface.",
@@ -209,7 +209,7 @@ static void show_table(struct page *page, const struct table *table)
 /* What the program said last: one line. */
 static void last_line(const struct run *run, char *line, size_t size)
 {
-    char path[PATH_SIZE];
+    char path[PAGE_PATH];
     snprintf(path, sizeof path, "%s/runs/%s.log", imaging_folder, run->name);
     char *text = read_whole_file(path), *end = text ? text + strlen(text) : NULL;
     while (end && end > text && end[-1] == '\n') {
@@ -230,8 +230,8 @@ static void show_failure(struct page *page, const struct run *run)
 
 static void show_pictures(struct page *page, const struct run *run, enum imaging_kind kind)
 {
-    char path[2 * PATH_SIZE], source[PATH_SIZE];
-    for (int p = 0; p < 4 && sections[kind].pictures[p]; ++p) {
+    char path[2 * PAGE_PATH], source[PAGE_PATH];
+    for (int p = 0; p < 5 && sections[kind].pictures[p]; ++p) {
         snprintf(source, sizeof source, "%s/%s", run->name, sections[kind].pictures[p]);
         snprintf(path, sizeof path, "%s/%s", imaging_folder, source);
         if (access(path, R_OK) == 0) {
@@ -270,15 +270,15 @@ static void show_section(struct page *page, const struct imaging *imaging, enum 
     }
 }
 
-static void file_path(const char *name, char path[PATH_SIZE])
+static void file_path(const char *name, char path[PAGE_PATH])
 {
-    snprintf(path, PATH_SIZE, "%s/%s", imaging_folder, name);
+    snprintf(path, PAGE_PATH, "%s/%s", imaging_folder, name);
 }
 
 bool imaging_write_page(const struct imaging *imaging)
 {
     struct page page;
-    char path[PATH_SIZE], text[200];
+    char path[PAGE_PATH], text[200];
     file_path("index.html", path);
     if (!page_open(&page, path, "springls: an imaging pipeline")) {
         return false;
@@ -299,7 +299,7 @@ bool imaging_write_report(const struct imaging *imaging)
 {
     static struct table table;
     struct json_writer json;
-    char path[PATH_SIZE], line[400];
+    char path[PAGE_PATH], line[400];
     file_path("report.json", path);
     if (!json_open(&json, path)) {
         return false;
