@@ -10,7 +10,7 @@
 
 #define BODY_SHARE (2.0 / 3.0) /* of the grid's side: the rest is room to drag and inflate into */
 
-static bool fail(struct viewer_model *model, const char *text)
+static bool refuse(struct viewer_model *model, const char *text)
 {
     snprintf(model->error, sizeof model->error, "%s", text);
     return false;
@@ -19,7 +19,7 @@ static bool fail(struct viewer_model *model, const char *text)
 bool viewer_model_check(struct viewer_model *model, springls_status status)
 {
     const char *reason = model->ctx ? springls_last_error(model->ctx) : "";
-    return status == SPRINGLS_OK || fail(model, *reason ? reason : springls_status_string(status));
+    return status == SPRINGLS_OK || refuse(model, *reason ? reason : springls_status_string(status));
 }
 
 void viewer_model_free(struct viewer_model *model)
@@ -28,7 +28,7 @@ void viewer_model_free(struct viewer_model *model)
     memset(model, 0, sizeof *model);
 }
 
-static void keep_message(void *user, int level, const char *message)
+static void note_reason(void *user, int level, const char *message)
 {
     if (level == 1) {
         snprintf(user, VIEWER_TEXT, "%s", message);
@@ -42,7 +42,7 @@ static double clock_now(void *user)
 }
 
 /* A context whose cubic grid has its middle at `middle`. */
-static bool create(struct viewer_model *model, const springls_desc *desc, const float middle[3], double spacing)
+static bool create_context(struct viewer_model *model, const springls_desc *desc, const float middle[3], double spacing)
 {
     memset(model, 0, sizeof *model);
     model->desc = *desc;
@@ -57,7 +57,7 @@ static bool create(struct viewer_model *model, const springls_desc *desc, const 
     }
     model->desc.trace.now = clock_now;
     springls_desc noting = model->desc; /* springls_create tells its reason to the logger alone */
-    noting.logger.log = keep_message;
+    noting.logger.log = note_reason;
     noting.logger.user = model->error;
     springls_context *trial;
     if (springls_create(&noting, &trial) != SPRINGLS_OK) {
@@ -134,7 +134,7 @@ static bool set_mesh(struct viewer_model *model, const struct mesh *mesh)
 {
     int *triangles = malloc(3 * mesh->triangle_count * sizeof *triangles);
     if (!triangles) {
-        return fail(model, "not enough memory for the mesh");
+        return refuse(model, "not enough memory for the mesh");
     }
     for (size_t i = 0; i < 3 * mesh->triangle_count; ++i) {
         triangles[i] = (int)mesh->indices[i];
@@ -163,7 +163,7 @@ bool viewer_model_ball(struct viewer_model *model, const springls_desc *desc)
 {
     const float middle[3] = {0.0f, 0.0f, 0.0f}; /* a ball of radius 1 */
     struct viewer_model made;
-    const bool good = create(&made, desc, middle, 2.0 / (BODY_SHARE * desc->grid.size[0])) && set_ball(&made, middle, 1.0f);
+    const bool good = create_context(&made, desc, middle, 2.0 / (BODY_SHARE * desc->grid.size[0])) && set_ball(&made, middle, 1.0f);
     return replace(model, &made, good);
 }
 
@@ -173,9 +173,9 @@ bool viewer_model_mesh(struct viewer_model *model, const springls_desc *desc, co
     float middle[3];
     const double longest = (double)box_of(mesh, middle);
     if (!(longest > 0.0)) {
-        return fail(model, "the mesh has no extent");
+        return refuse(model, "the mesh has no extent");
     }
-    const bool good = create(&made, desc, middle, longest / (BODY_SHARE * desc->grid.size[0])) && set_mesh(&made, mesh);
+    const bool good = create_context(&made, desc, middle, longest / (BODY_SHARE * desc->grid.size[0])) && set_mesh(&made, mesh);
     return replace(model, &made, good);
 }
 
@@ -193,7 +193,7 @@ bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, co
 bool viewer_model_second_ball(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius)
 {
     struct viewer_model made;
-    const bool good = create(&made, &like->desc, like->middle, (double)like->voxel) && set_ball(&made, place, radius);
+    const bool good = create_context(&made, &like->desc, like->middle, (double)like->voxel) && set_ball(&made, place, radius);
     return replace(second, &made, good);
 }
 
@@ -210,7 +210,7 @@ bool viewer_model_second_file(struct viewer_model *second, const struct viewer_m
     for (size_t i = 0; i < 3 * mesh.vertex_count; ++i) {
         mesh.positions[i] = place[i % 3] + scale * (mesh.positions[i] - middle[i % 3]);
     }
-    const bool good = create(&made, &like->desc, like->middle, (double)like->voxel) && set_mesh(&made, &mesh);
+    const bool good = create_context(&made, &like->desc, like->middle, (double)like->voxel) && set_mesh(&made, &mesh);
     mesh_free(&mesh);
     return replace(second, &made, good);
 }
