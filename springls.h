@@ -79,6 +79,8 @@
      >>material             src/material.h
      >>isosurface           src/isosurface.h
      >>measure              src/measure.h
+     >>chunks               src/chunks.h
+     >>snapshot             src/snapshot.h
      >>kernel_source        src/kernel_source.h
      >>context              src/context.h
 */
@@ -456,6 +458,8 @@
   #define springls_run SPRINGLS__NAME(springls_run)
   #define springls_time SPRINGLS__NAME(springls_time)
   #define springls_set_time SPRINGLS__NAME(springls_set_time)
+  #define springls_snapshot SPRINGLS__NAME(springls_snapshot)
+  #define springls_restore SPRINGLS__NAME(springls_restore)
   #define springls_count SPRINGLS__NAME(springls_count)
   #define springls_view_vertices SPRINGLS__NAME(springls_view_vertices)
   #define springls_view_particles SPRINGLS__NAME(springls_view_particles)
@@ -467,6 +471,9 @@
   #define springls_extract_mesh SPRINGLS__NAME(springls_extract_mesh)
   #define springls_extract_soup SPRINGLS__NAME(springls_extract_soup)
   #define springls_mesh_free SPRINGLS__NAME(springls_mesh_free)
+  #define springls_chunks_create SPRINGLS__NAME(springls_chunks_create)
+  #define springls_chunks_destroy SPRINGLS__NAME(springls_chunks_destroy)
+  #define springls_chunks_update SPRINGLS__NAME(springls_chunks_update)
   #define springls_copy_level_set SPRINGLS__NAME(springls_copy_level_set)
   #define springls_sample_distance SPRINGLS__NAME(springls_sample_distance)
   #define springls_sample_gradient SPRINGLS__NAME(springls_sample_gradient)
@@ -514,7 +521,8 @@ typedef enum springls_status {
     SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
                                        ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
                                        the model could not be brought back: then it is empty                             */
-    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid; the model is as it was            */
 } springls_status;
 
 /* A constant English phrase for any status; never NULL. */
@@ -877,6 +885,24 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
 SPRINGLS_API double springls_time(const springls_context *ctx);
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
 
+/* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
+
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
+   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
+   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+typedef enum springls_snapshot_kind {
+    SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
+                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+                               this context, or one that a block with all has been restored to                 */
+} springls_snapshot_kind;
+
+/* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+
+/* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
+
 /* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
 
 typedef struct springls_view { const float *data; int count; size_t stride; } springls_view; /* stride in bytes */
@@ -917,6 +943,35 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
+
+/* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
+   chunks meet each has its vertices, with the same bits, so that together they are watertight. */
+typedef struct springls_chunk {
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
+    float *positions;        /* 3 a vertex, world                                                               */
+    float *normals;          /* 3 a vertex, unit, outward                                                       */
+    float *correspondences;  /* 3 a vertex, world; NULL without desc.material                                   */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX: none within a voxel; NULL likewise */
+    uint16_t *triangles;     /* 3 a triangle, numbers of the chunk's vertices, counter-clockwise seen from outside */
+} springls_chunk;
+
+typedef struct springls_chunks_desc {
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.01; negative: nothing, and the chunks are
+                        springls_extract_mesh's mesh to the bit. Springls always move a little, so then most chunks change in
+                        every step                                                                              */
+    bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
+} springls_chunks_desc;
+
+/* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
+typedef struct springls_chunks springls_chunks;
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
+
+/* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
+   all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
+   within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
 
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -6205,6 +6260,7 @@ struct springls_context {
     springls__model model;
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
     springls__surface original;
+    uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
     int attribute_count;
@@ -6935,7 +6991,7 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    springls__forget_work(ctx);
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
     return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
                                                  writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
@@ -7359,32 +7415,46 @@ SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int s
     return SPRINGLS_OK;
 }
 
-/* Everything of a grid outside: keeps memory. */
-SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+/* The constant bricks of a grid, far outside and far inside. */
+SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls__grid *g)
 {
-    size_t i, bricks = springls__brick_count(g);
     g->far_value = ctx->model.params.band_half_width + 1.0f;
-    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
-    g->active_count = g->free_count = 0;
-    g->slot_count = SPRINGLS__FIRST_SLOT;
     springls__fill(g->phi, SPRINGLS__OUTSIDE, g->far_value);
     springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
 }
 
-/* The model and its reference are empty. */
-SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+/* ... and what the model's grid has besides. */
+SPRINGLS__FN void springls__model_constants(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int slot;
-    springls__host_anew(ctx);
-    springls__grid_clear(ctx, &ctx->model.reference);
-    springls__grid_clear(ctx, g);
+    springls__grid_constants(ctx, g);
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture);
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
+}
+
+/* Everything of a grid outside: keeps memory. */
+SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    g->active_count = g->free_count = 0;
+    g->slot_count = SPRINGLS__FIRST_SLOT;
+    springls__grid_constants(ctx, g);
+}
+
+/* The model and its reference are empty. */
+SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+{
+    springls__host_anew(ctx);
+    springls__grid_clear(ctx, &ctx->model.reference);
+    springls__grid_clear(ctx, &ctx->model.grid);
+    springls__model_constants(ctx);
+    ctx->reference_stamp = 0;
 }
 
 SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
@@ -10023,6 +10093,19 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
+/* Memory for n triangles; the first `keep` and their nodes stay. */
+SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
+    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 3 * keep * sizeof(springls__v3));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
+    surface->points = (springls__v3 *)surface->points_memory.data;
+    surface->order = (int *)surface->order_memory.data;
+    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
+    return status;
+}
+
 /* Makes room for count triangles; the caller writes surface->points (3 a triangle), then calls springls__surface_finish.
    On failure the surface is empty and can be freed. */
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
@@ -10031,13 +10114,7 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     surface->count = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
-    surface->points = (springls__v3 *)surface->points_memory.data;
-    surface->order = (int *)surface->order_memory.data;
-    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
-    return SPRINGLS_OK;
+    return springls__surface_room(ctx, surface, n, 0);
 }
 
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
@@ -10605,6 +10682,7 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__reference_copy(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
@@ -12502,6 +12580,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     springls__attribute *attribute;
     if (index) *index = -1;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__check_attribute(ctx, desc));
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
     attribute = &ctx->attributes[ctx->attribute_count];
@@ -12521,6 +12600,7 @@ SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, in
 {
     springls__attribute *attribute;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "remove_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     springls__buffer_free(ctx, &attribute->values);
@@ -12559,6 +12639,7 @@ SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int i
 {
     springls__attribute *attribute;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "set_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));
@@ -13152,13 +13233,888 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     return hash;
 }
 
+/* ======== >>chunks  (src/chunks.h) ============================================================================= */
+/* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
+   bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
+   chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+
+/* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
+typedef struct springls__crew { uint64_t ids; springls__v3 sum; int count; } springls__crew;
+
+struct springls_chunks {
+    springls_chunks_desc desc;
+    springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
+    springls__crew *crew;       /* of a slot, when it was last meshed                                           */
+    uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
+    uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
+    int *list;
+    springls_chunk *chunk;      /* those that have changed                                                      */
+    springls__buffer top, slot_brick, free_slots, phi, crews, dirt, meshes, touch, lists, chunks, vertices, corners;
+};
+
+SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
+{
+    springls__buffer *const buffers[] = { &c->top, &c->slot_brick, &c->free_slots, &c->phi, &c->crews, &c->dirt,
+                                          &c->meshes, &c->touch, &c->lists,
+                                          &c->chunks, &c->vertices, &c->corners };
+    size_t i;
+    for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
+    springls__release(ctx, c, sizeof *c);
+}
+
+/* Room for slots of bricks that are shown. */
+SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
+{
+    size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float), used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
+    c->shown.slot_brick = (int *)c->slot_brick.data;
+    c->shown.free_slots = (int *)c->free_slots.data;
+    c->shown.phi = (float *)c->phi.data;
+    c->crew = (springls__crew *)c->crews.data;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    size_t bricks = springls__brick_count(g), i;
+    memcpy(c->shown.size, g->size, sizeof g->size);
+    memcpy(c->shown.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top, bricks, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirt, bricks, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->meshes, bricks, 1, 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
+    c->shown.top = (int *)c->top.data;
+    c->dirty = (uint8_t *)c->dirt.data;
+    c->has_mesh = (uint8_t *)c->meshes.data;
+    for (i = 0; i < bricks; i++) c->shown.top[i] = SPRINGLS__OUTSIDE;
+    memset(c->dirty, 0, bricks);
+    memset(c->has_mesh, 0, bricks);
+    c->shown.slot_count = SPRINGLS__FIRST_SLOT;
+    return SPRINGLS_OK;
+}
+
+/* ---- what has changed ---- */
+
+/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its normal
+   on voxels one further. Bits as in springls__reach_of_row. */
+SPRINGLS__FN uint32_t springls__touches(int v)
+{
+    int x = v & 7, y = v >> 3 & 7, z = v >> 6;
+    return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
+}
+
+typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
+
+/* Voxels of a listed brick that have left the tolerance are shown as they are now. */
+SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    springls_chunks *c = job->chunks;
+    const springls__grid *g = &job->ctx->model.grid;
+    const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    int v;
+    for (; begin < end; begin++) {
+        const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        uint32_t touched = 0u;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            float before = shown[v];
+            if (springls__fabs(now[v] - before) <= tolerance && (now[v] < 0.0f) == (before < 0.0f)) continue;
+            shown[v] = now[v];
+            /* far from the surface it moves neither vertices nor normals */
+            if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
+        }
+        c->touched[begin] = touched;
+    }
+}
+
+/* Bricks whose values may differ from those shown, to `list`; each is given a slot. */
+SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__grid *shown = &c->shown;
+    int bricks = (int)springls__brick_count(g), i, n = 0, fresh = 0;
+    for (i = 0; i < bricks; i++) {
+        bool here = shown->top[i] >= SPRINGLS__FIRST_SLOT;
+        if (!here && g->top[i] == shown->top[i]) continue;
+        n++;
+        fresh += !here;
+    }
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->lists, (size_t)n + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->touch, (size_t)n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, shown->slot_count + fresh));
+    c->list = (int *)c->lists.data;
+    c->touched = (uint32_t *)c->touch.data;
+    shown->far_value = g->far_value;
+    springls__fill(shown->phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(shown->phi, SPRINGLS__INSIDE, -g->far_value);
+    for (i = n = 0; i < bricks; i++) {
+        int side = shown->top[i], slot;
+        if (side < SPRINGLS__FIRST_SLOT && g->top[i] == side) continue;
+        c->list[n++] = i;
+        if (side >= SPRINGLS__FIRST_SLOT) continue;
+        slot = shown->free_count ? shown->free_slots[--shown->free_count] : shown->slot_count++;
+        shown->top[i] = slot;
+        shown->slot_brick[slot] = i;
+        springls__fill(shown->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
+        memset(&c->crew[slot], 0, sizeof c->crew[slot]);
+    }
+    *count = n;
+    return SPRINGLS_OK;
+}
+
+/* All that a change of listed brick i reaches is to be meshed again. */
+SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
+{
+    int origin[3], at[3], d;
+    springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
+    for (d = 0; d < 27 && c->touched[i]; d++)
+        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at)) c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+}
+
+/* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
+SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__crew *crew;
+    void *memory;
+    int i, slot;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)c->shown.slot_count, sizeof *crew, &memory));
+    crew = (springls__crew *)memory;
+    memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__v3 p = ctx->model.set.s[i].p;
+        slot = springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
+        crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        crew[slot].sum = springls__add(crew[slot].sum, p);
+        crew[slot].count++;
+    }
+    for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
+        float most = c->desc.tolerance * (float)crew[slot].count;
+        if (c->shown.slot_brick[slot] < 0) continue;
+        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most) continue;
+        c->crew[slot] = crew[slot];
+        c->dirty[c->shown.slot_brick[slot]] = 1;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Bricks that have become constant give their slot back. */
+SPRINGLS__FN void springls__drop_shown(springls_context *ctx, springls_chunks *c, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->shown.top[brick];
+        if (side >= SPRINGLS__FIRST_SLOT) continue;
+        c->shown.top[brick] = side;
+        c->shown.slot_brick[slot] = -1;
+        c->shown.free_slots[c->shown.free_count++] = slot;
+    }
+}
+
+/* ---- meshes ---- */
+
+/* The vertex that lies on an edge of a cube: one number for all cubes around the edge. */
+SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
+{
+    int corner = springls__mc_edge_corner(edge);
+    return 3 * springls__tile_index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)) + springls__mc_edge_axis(edge);
+}
+
+/* Marching cubes of a chunk, vertices (voxels) numbered as triangles come to them. Both NULL: it only counts. */
+SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
+{
+    const springls__grid *g = &c->shown;
+    float tile[SPRINGLS__TILE_VOXELS];
+    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* from 1 on; 0: none yet */
+    int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
+    springls__cube_range range;
+    chunk->vertex_count = chunk->triangle_count = 0;
+    if (slot < SPRINGLS__FIRST_SLOT) return;
+    memset(number, 0, sizeof number);
+    range = springls__brick_cubes(g, slot);
+    springls__load_tile(g, g->phi, slot, springls__alone(), tile);
+    for (z = range.lo[2]; z <= range.hi[2]; z++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++)
+            for (x = range.lo[0]; x <= range.hi[0]; x++) {
+                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+                int mask = springls__mc_case(cell);
+                for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+                    int edge = springls__mc_edge(mask, 0, k);
+                    uint16_t *n = &number[springls__edge_number(x, y, z, edge)];
+                    if (!*n) {
+                        if (vertex) vertex[chunk->vertex_count] = springls__cube_vertex(&range, cell, x, y, z, edge);
+                        *n = (uint16_t)++chunk->vertex_count;
+                    }
+                    if (corner) corner[3 * chunk->triangle_count + k] = (uint16_t)(*n - 1);
+                }
+                chunk->triangle_count += springls__mc_count(mask);
+            }
+}
+
+SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
+}
+
+/* Its arrays are there; positions hold voxels, then the world. */
+SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
+{
+    springls__v3 *place = (springls__v3 *)(void *)chunk->positions;
+    int i;
+    springls__mesh_chunk(c, chunk, place, chunk->triangles);
+    for (i = 0; i < chunk->vertex_count; i++) {
+        springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
+        memcpy(chunk->normals + 3 * i, &n, sizeof n);
+        springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
+        if (c->desc.material) {
+            int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
+            if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
+            springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
+            chunk->ids[i] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+        }
+    }
+    for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
+        uint16_t one = chunk->triangles[3 * i + 1];
+        chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
+        chunk->triangles[3 * i + 2] = one;
+    }
+}
+
+SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
+}
+
+/* The dirty bricks as chunks without arrays. */
+SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const springls__grid *g = &c->shown;
+    int bricks = (int)springls__brick_count(g), i, n = 0;
+    for (i = 0; i < bricks; i++) n += c->dirty[i];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunks, (size_t)n + 1, sizeof *c->chunk, 0));
+    c->chunk = (springls_chunk *)c->chunks.data;
+    memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
+    for (i = n = 0; i < bricks; i++) {
+        if (!c->dirty[i]) continue;
+        c->chunk[n].brick[0] = i % g->bricks[0];
+        c->chunk[n].brick[1] = i / g->bricks[0] % g->bricks[1];
+        c->chunk[n++].brick[2] = i / (g->bricks[0] * g->bricks[1]);
+    }
+    *count = n;
+    return SPRINGLS_OK;
+}
+
+/* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
+SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const size_t words = c->desc.material ? 10 : 6; /* a vertex */
+    size_t vertices = 0, corners = 0;
+    int i, n = 0;
+    for (i = 0; i < *count; i++) {
+        const int *b = c->chunk[i].brick;
+        vertices += (size_t)c->chunk[i].vertex_count;
+        corners += 3 * (size_t)c->chunk[i].triangle_count;
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])]) c->chunk[n++] = c->chunk[i];
+    }
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
+    *count = n;
+    vertices = corners = 0;
+    for (i = 0; i < n; i++) {
+        springls_chunk *chunk = &c->chunk[i];
+        size_t v = (size_t)chunk->vertex_count;
+        if (!v) continue;
+        chunk->positions = (float *)c->vertices.data + vertices * words;
+        chunk->normals = chunk->positions + 3 * v;
+        if (c->desc.material) {
+            chunk->correspondences = chunk->normals + 3 * v;
+            chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
+        }
+        chunk->triangles = (uint16_t *)c->corners.data + corners;
+        vertices += v;
+        corners += 3 * (size_t)chunk->triangle_count;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
+{
+    springls__chunk_job job;
+    int listed, i;
+    job.ctx = ctx;
+    job.chunks = c;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    if (c->desc.material) SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
+    springls__parallel(ctx, listed, 16, springls__show_task, &job);
+    for (i = 0; i < listed; i++) springls__mark_around(c, i);
+    if (c->desc.material) SPRINGLS__TRY(springls__muster(ctx, c));
+    springls__drop_shown(ctx, c, listed);
+    SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
+    springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
+    SPRINGLS__TRY(springls__share_out(ctx, c, count));
+    springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
+    memset(c->dirty, 0, springls__brick_count(&c->shown));
+    for (i = 0; i < *count; i++) {
+        const int *b = c->chunk[i].brick;
+        c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- the calls ---- */
+
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out)
+{
+    springls_chunks *c;
+    springls_status status;
+    if (out) *out = NULL;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+    c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
+    if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
+    memset(c, 0, sizeof *c);
+    if (desc) c->desc = *desc;
+    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.01f : springls__max(c->desc.tolerance, 0.0f);
+    status = springls__chunks_make(ctx, c);
+    if (status == SPRINGLS_OK) *out = c;
+    else springls__chunks_free(ctx, c);
+    return status;
+}
+
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
+{
+    if (ctx && chunks) springls__chunks_free(ctx, chunks);
+}
+
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count)
+{
+    springls_status status;
+    if (changed) *changed = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunks || !changed || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    status = springls__chunks_update(ctx, chunks, count);
+    if (status == SPRINGLS_OK) *changed = chunks->chunk;
+    else *count = 0;
+    return springls__told(ctx, status);
+}
+
+/* ======== >>snapshot  (src/snapshot.h) ========================================================================= */
+/* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
+   (SPRINGLS__SECTIONS). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of bricks
+   are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory there,
+   before the model changes. */
+
+typedef struct springls__snapshot_head {
+    char magic[8];
+    uint32_t version, order;  /* order of bytes */
+    uint64_t size, checksum;  /* of the block, and of all behind this head */
+} springls__snapshot_head;
+
+static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
+enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
+
+typedef struct springls__attribute_entry { char name[SPRINGLS_MAX_NAME + 1]; int32_t channels, split, fill, merge; } springls__attribute_entry;
+
+typedef struct springls__snapshot_state {
+    double to_world[12], time;
+    uint64_t reference_stamp;
+    springls_stats stats;
+    springls_params params;
+    int32_t size[3];
+    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks, locked;
+    uint32_t next_id, step;
+    int32_t reference_bricks, original, given, has_source;
+    int32_t attributes;
+    springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
+} springls__snapshot_state;
+
+/* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
+typedef enum springls__section {
+    SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_WAS + 1,
+    SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
+    SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
+    SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_LOCKED,
+    SPRINGLS__SECTION_VALUES,      /* one each attribute */
+    SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__SECTION_REFERENCE_BRICKS,
+    SPRINGLS__SECTION_REFERENCE_PHI,
+    SPRINGLS__SECTION_ORIGINAL,
+    SPRINGLS__SECTION_SOURCE,
+    SPRINGLS__SECTIONS
+} springls__section;
+
+/* Where each section begins; the last number: where the block ends. */
+typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
+
+SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
+
+SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
+{
+    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
+    int a = section - SPRINGLS__SECTION_VALUES;
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
+    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES) return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
+    case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
+    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
+    case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_LOCKED: return (uint64_t)s->locked * sizeof(double);
+    case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
+    case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
+    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 3 * sizeof(springls__v3) : 0;
+    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int) : 0;
+    }
+}
+
+SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const springls__snapshot_state *s)
+{
+    springls__layout layout;
+    uint64_t at = sizeof(springls__snapshot_head) + (sizeof *s + 7) / 8 * 8;
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++) {
+        layout.at[section] = at;
+        at += (springls__section_bytes(g, s, section) + 7) / 8 * 8;
+    }
+    layout.at[SPRINGLS__SECTIONS] = at;
+    return layout;
+}
+
+/* Four independent chains of eight bytes at a time. A change of any one word changes the result. */
+SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
+{
+    const uint64_t prime = 1099511628211u;
+    const char *p = (const char *)data;
+    uint64_t chain[4], word;
+    size_t i, k;
+    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
+    for (i = 0; i + 32 <= bytes; i += 32)
+        for (k = 0; k < 4; k++) {
+            memcpy(&word, p + i + 8 * k, 8);
+            chain[k] = (chain[k] ^ word) * prime;
+            chain[k] ^= chain[k] >> 29;
+        }
+    for (k = 0; i < bytes; i += 8, k++) {
+        word = 0;
+        memcpy(&word, p + i, bytes - i < 8 ? bytes - i : 8);
+        chain[k] = (chain[k] ^ word) * prime;
+    }
+    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
+    return chain[0];
+}
+
+/* ---- out ---- */
+
+SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
+{
+    int i, n = 0, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
+    return n;
+}
+
+/* A number for the reference level set and the original surface, by which a block that leaves them out finds them again. */
+SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.reference;
+    const springls__surface *original = &ctx->original;
+    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value);
+    int i, bricks = (int)springls__brick_count(g);
+    if (ctx->reference_stamp) return ctx->reference_stamp;
+    for (i = 0; i < bricks; i++) {
+        int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
+        if (side == SPRINGLS__OUTSIDE) continue;
+        stamp = springls__checksum(stamp, &i, sizeof i);
+        stamp = springls__checksum(stamp, &side, sizeof side);
+        if (side >= SPRINGLS__FIRST_SLOT) stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof(float));
+    }
+    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
+    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
+    return ctx->reference_stamp = stamp | 1u;
+}
+
+SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+{
+    int i;
+    memset(s, 0, sizeof *s);
+    memcpy(s->to_world, ctx->to_world, sizeof s->to_world);
+    s->time = ctx->time;
+    s->reference_stamp = springls__reference_stamp(ctx);
+    s->stats = ctx->stats;
+    s->params = ctx->model.params;
+    for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
+    s->kind = (int32_t)kind;
+    s->iteration = ctx->iteration;
+    s->count = ctx->model.set.count;
+    s->at_edges = ctx->model.set.at_edges;
+    s->neighbors_age = ctx->neighbors_age;
+    s->has_neighbors = ctx->neighbors_age >= 0;
+    s->bricks = ctx->model.grid.active_count;
+    s->locked = ctx->locked_count;
+    s->next_id = ctx->model.set.next_id;
+    s->step = ctx->model.set.step;
+    s->reference_bricks = springls__active_bricks(&ctx->model.reference);
+    s->original = ctx->original.count;
+    s->given = ctx->original.given;
+    s->has_source = ctx->original.source != NULL;
+    s->attributes = ctx->attribute_count;
+    for (i = 0; i < s->attributes; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        springls__attribute_entry *row = &s->attribute[i];
+        memcpy(row->name, attribute->name, strlen(attribute->name));
+        row->channels = attribute->channels;
+        row->split = (int32_t)attribute->split;
+        row->fill = (int32_t)attribute->fill;
+        row->merge = (int32_t)attribute->merge;
+    }
+}
+
+SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int section, const void *data, uint64_t bytes)
+{
+    if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
+}
+
+/* Sides, numbers and values of a grid's bricks. */
+SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
+{
+    const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) {
+        if (g->top[i] == SPRINGLS__INSIDE) out[layout->at[sides] + (uint64_t)(i >> 3)] = (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        memcpy(numbers, &i, sizeof i);
+        memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
+        numbers += sizeof i;
+        values += brick;
+    }
+}
+
+SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, char *out)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__snapshot_head head;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* what rounding up leaves between the sections */
+        uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
+        memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
+    }
+    memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
+    memcpy(out + sizeof head, s, sizeof *s);
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors, springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
+    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
+    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
+    for (i = 0; i < s->attributes; i++)
+        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data, springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+    if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
+        memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points, springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source, springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+    }
+    memset(&head, 0, sizeof head);
+    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
+    head.version = SPRINGLS__SNAPSHOT_VERSION;
+    head.order = SPRINGLS__BYTE_ORDER;
+    head.size = layout->at[SPRINGLS__SECTIONS];
+    head.checksum = springls__checksum(head.size, out + sizeof head, (size_t)(head.size - sizeof head));
+    memcpy(out, &head, sizeof head);
+}
+
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size)
+{
+    springls__snapshot_state state;
+    springls__layout layout;
+    if (size) *size = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!size || (kind != SPRINGLS_SNAPSHOT_ALL && kind != SPRINGLS_SNAPSHOT_FRAME))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__snapshot_numbers(ctx, kind, &state);
+    layout = springls__layout_of(&ctx->model.grid, &state);
+    *size = (size_t)layout.at[SPRINGLS__SECTIONS];
+    if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+    if (!out) return SPRINGLS_OK;
+    if (room < *size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu", (unsigned long)*size, (unsigned long)room);
+    springls__snapshot_write(ctx, &state, &layout, (char *)out);
+    return SPRINGLS_OK;
+}
+
+/* ---- what may be believed ---- */
+
+/* Element i of a section, wherever it lies in memory. */
+SPRINGLS__FN int springls__int_at(const char *data, size_t i)
+{
+    int value;
+    memcpy(&value, data + i * sizeof value, sizeof value);
+    return value;
+}
+
+SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
+{
+    uint64_t i;
+    uint32_t bits, bad = 0;
+    for (i = 0; i + 4 <= bytes; i += 4) {
+        memcpy(&bits, data + i, 4);
+        bad |= (uint32_t)((bits & 0x7f800000u) == 0x7f800000u);
+    }
+    return !bad;
+}
+
+/* All of them from low to high. */
+SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int low, int high)
+{
+    uint64_t i;
+    bool good = true;
+    for (i = 0; i < bytes / sizeof(int); i++) {
+        int value = springls__int_at(data, (size_t)i);
+        good = good && value >= low && value <= high;
+    }
+    return good;
+}
+
+SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
+{
+    uint64_t i;
+    unsigned char all = 0;
+    for (i = 0; i < bytes; i++) all = (unsigned char)(all | (unsigned char)data[i]);
+    return all <= 1;
+}
+
+/* Bricks ascend; none is said to be constant as well. */
+SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
+{
+    int i, last = -1;
+    for (i = 0; i < count; i++) {
+        int brick = springls__int_at(numbers, (size_t)i);
+        if (brick <= last || (size_t)brick >= bricks || (sides[brick >> 3] >> (brick & 7) & 1)) return false;
+        last = brick;
+    }
+    return true;
+}
+
+SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int row)
+{
+    const springls__attribute_entry *a = &s->attribute[row];
+    int i;
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS) return false;
+    for (i = 0; i < row; i++)
+        if (strcmp(a->name, s->attribute[i].name) == 0) return false;
+    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill) && springls__policy_known((springls_policy)a->merge);
+}
+
+/* Why the numbers cannot be those of a model of this context; NULL: they can. */
+SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
+{
+    int i;
+    if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
+    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
+    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0) return "damaged";
+    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0 || s->original > INT32_MAX / 3 || s->given < s->original) return "damaged";
+    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
+    if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
+    for (i = 0; i < s->attributes; i++)
+        if (!springls__entry_good(s, i)) return "damaged";
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx)) return "of another original surface, which it leaves out";
+    return NULL;
+}
+
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
+    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
+    bool good = true;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) {
+        const char *data = block + layout->at[i];
+        uint64_t bytes = springls__section_bytes(g, s, i);
+        if (i < SPRINGLS__SECTION_NEIGHBORS) {
+            if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
+            if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
+            if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
+        } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
+        else if (i == SPRINGLS__SECTION_BRICKS) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_SOURCE) good = good && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES && i != SPRINGLS__SECTION_LOCKED) good = good && springls__all_finite(data, bytes);
+    }
+    for (i = 0; i < s->locked; i++) {
+        double volume;
+        memcpy(&volume, block + layout->at[SPRINGLS__SECTION_LOCKED] + (size_t)i * sizeof volume, sizeof volume);
+        good = good && volume >= -DBL_MAX && volume <= DBL_MAX;
+    }
+    return good;
+}
+
+/* The numbers and the layout of a block that is good; else one sentence about why it is not. */
+SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size, springls__snapshot_state *s, springls__layout *layout)
+{
+    springls__snapshot_head head;
+    const char *fault = NULL;
+    if (size < sizeof head + sizeof *s) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    memcpy(&head, block, sizeof head);
+    memcpy(s, block + sizeof head, sizeof *s);
+    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
+    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER) fault = "of another version or machine";
+    else if (head.size != size) fault = "not as long as it says";
+    else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
+    else fault = springls__numbers_fault(ctx, s);
+    if (!fault) {
+        *layout = springls__layout_of(&ctx->model.grid, s);
+        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block)) fault = "damaged";
+    }
+    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
+}
+
+/* ---- in ---- */
+
+/* Room for all of it; what is there is kept. */
+SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
+{
+    springls__surface *original = &ctx->original;
+    size_t n = (size_t)s->original, kept = (size_t)original->count;
+    int i;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
+    if (s->has_neighbors)
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1, ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+    SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double), (size_t)ctx->locked_count * sizeof(double)));
+    for (i = 0; i < s->attributes; i++) {
+        springls__buffer *values = &ctx->attributes[i].values;
+        size_t row = (size_t)s->attribute[i].channels * sizeof(float);
+        size_t used = i < ctx->attribute_count ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float) : 0;
+        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
+    }
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks), (size_t)ctx->model.reference.slot_count));
+    SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
+    SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
+    return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
+}
+
+/* A grid that had been cleared gets the bricks of a block, in slots of their order. */
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
+{
+    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
+    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2], (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    g->slot_count = SPRINGLS__FIRST_SLOT + count;
+    g->free_count = 0;
+}
+
+/* The rest of what the model's grid keeps of a brick. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < count; i++) {
+        int slot = SPRINGLS__FIRST_SLOT + i;
+        g->active[i] = slot;
+        g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
+        springls__fill(g->omega, slot, -1.0f); /* unknown */
+    }
+    memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
+    g->active_count = count;
+}
+
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
+        if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
+    if (s->has_neighbors && s->count) memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    if (s->locked) memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED], (size_t)s->locked * sizeof(double));
+    springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    for (i = 0; i < s->attributes; i++) {
+        springls__attribute *attribute = &ctx->attributes[i];
+        const springls__attribute_entry *row = &s->attribute[i];
+        memcpy(attribute->name, row->name, sizeof row->name);
+        attribute->channels = row->channels;
+        attribute->split = (springls_policy)row->split;
+        attribute->fill = (springls_policy)row->fill;
+        attribute->merge = (springls_policy)row->merge;
+        if (s->count) memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+    }
+    ctx->attribute_count = s->attributes;
+}
+
+/* The original surface; its hierarchy is built again. */
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    springls__surface *original = &ctx->original;
+    springls__grid_constants(ctx, &ctx->model.reference);
+    ctx->reference_stamp = 0;
+    springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    original->count = original->node_count = 0;
+    original->dipoles = NULL;
+    original->source = NULL;
+    if (s->original == 0) return;
+    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL], (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__surface_finish(ctx, original, s->original);
+    original->given = s->given;
+    if (!s->has_source) return;
+    original->source = (int *)original->source_memory.data;
+    memcpy(original->source, block + layout->at[SPRINGLS__SECTION_SOURCE], (size_t)s->original * sizeof(int));
+}
+
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
+{
+    springls__snapshot_state s;
+    springls__layout layout;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!block) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "restore: the block is NULL");
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
+    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s));
+    springls__drop_step(ctx);
+    springls__host_anew(ctx);
+    ctx->model.params = s.params;
+    springls__model_constants(ctx);
+    springls__snapshot_take(ctx, &s, &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    ctx->model.set.count = s.count;
+    ctx->model.set.at_edges = s.at_edges;
+    ctx->model.set.next_id = s.next_id;
+    ctx->model.set.step = s.step;
+    ctx->time = s.time;
+    ctx->iteration = s.iteration;
+    ctx->stats = s.stats;
+    ctx->locked_count = s.locked;
+    springls__constellation_changed(ctx);
+    ctx->neighbors_age = s.neighbors_age;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>kernel_source  (src/kernel_source.h) =============================================================== */
 /* kernel_source.h - the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
    kernels_embed/embed.c puts the text in the place of the comment below, one literal a line: no compiler limits the
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 571 \"springls.h\"\n",
+    "#line 579 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -13243,7 +14199,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 1093 \"springls.h\"\n",
+    "#line 1148 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -13307,7 +14263,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1158 \"springls.h\"\n",
+    "#line 1213 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -13450,7 +14406,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1302 \"springls.h\"\n",
+    "#line 1357 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -13517,7 +14473,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1370 \"springls.h\"\n",
+    "#line 1425 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -13781,7 +14737,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1635 \"springls.h\"\n",
+    "#line 1690 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -14029,7 +14985,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1884 \"springls.h\"\n",
+    "#line 1939 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -14160,7 +15116,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2016 \"springls.h\"\n",
+    "#line 2071 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -14270,7 +15226,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2127 \"springls.h\"\n",
+    "#line 2182 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -14332,7 +15288,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2190 \"springls.h\"\n",
+    "#line 2245 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -14540,7 +15496,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2399 \"springls.h\"\n",
+    "#line 2454 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -14704,7 +15660,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2564 \"springls.h\"\n",
+    "#line 2619 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -14730,7 +15686,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2591 \"springls.h\"\n",
+    "#line 2646 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -14799,7 +15755,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2661 \"springls.h\"\n",
+    "#line 2716 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -14850,7 +15806,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2713 \"springls.h\"\n",
+    "#line 2768 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -15024,7 +15980,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2888 \"springls.h\"\n",
+    "#line 2943 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -15146,7 +16102,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3011 \"springls.h\"\n",
+    "#line 3066 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -15286,7 +16242,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3152 \"springls.h\"\n",
+    "#line 3207 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -15696,7 +16652,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3563 \"springls.h\"\n",
+    "#line 3618 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -15794,7 +16750,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3662 \"springls.h\"\n",
+    "#line 3717 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -15897,7 +16853,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3766 \"springls.h\"\n",
+    "#line 3821 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -16103,7 +17059,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3973 \"springls.h\"\n",
+    "#line 4028 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -16160,7 +17116,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4031 \"springls.h\"\n",
+    "#line 4086 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -16255,7 +17211,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4127 \"springls.h\"\n",
+    "#line 4182 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -16379,7 +17335,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4252 \"springls.h\"\n",
+    "#line 4307 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -16669,7 +17625,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4543 \"springls.h\"\n",
+    "#line 4598 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -16856,7 +17812,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4731 \"springls.h\"\n",
+    "#line 4786 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -16983,7 +17939,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4859 \"springls.h\"\n",
+    "#line 4914 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -17078,7 +18034,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4955 \"springls.h\"\n",
+    "#line 5010 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -17344,7 +18300,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5222 \"springls.h\"\n",
+    "#line 5277 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -17584,7 +18540,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5463 \"springls.h\"\n",
+    "#line 5518 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -17615,7 +18571,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5495 \"springls.h\"\n",
+    "#line 5550 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -17831,7 +18787,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5712 \"springls.h\"\n",
+    "#line 5767 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -17942,7 +18898,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5824 \"springls.h\"\n",
+    "#line 5879 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -18085,7 +19041,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5968 \"springls.h\"\n",
+    "#line 6023 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -18163,7 +19119,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 18167 \"springls.h\"\n",
+    "#line 19123 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -18581,7 +19537,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 18585 \"springls.h\"\n",
+    "#line 19541 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -18780,7 +19736,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 18784 \"springls.h\"\n",
+    "#line 19740 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
@@ -18965,6 +19921,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
     case SPRINGLS_DEVICE: return "device failure";
+    case SPRINGLS_BAD_SNAPSHOT: return "bad snapshot";
     default: return "unknown status";
     }
 }

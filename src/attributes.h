@@ -491,6 +491,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     springls__attribute *attribute;
     if (index) *index = -1;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__check_attribute(ctx, desc));
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
     attribute = &ctx->attributes[ctx->attribute_count];
@@ -510,6 +511,7 @@ SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, in
 {
     springls__attribute *attribute;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "remove_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     springls__buffer_free(ctx, &attribute->values);
@@ -548,6 +550,7 @@ SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int i
 {
     springls__attribute *attribute;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "set_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));

@@ -131,6 +131,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
     case SPRINGLS_DEVICE: return "device failure";
+    case SPRINGLS_BAD_SNAPSHOT: return "bad snapshot";
     default: return "unknown status";
     }
 }

@@ -32,6 +32,7 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__reference_copy(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }

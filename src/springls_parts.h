@@ -91,6 +91,8 @@
 #include "material.h"
 #include "isosurface.h"
 #include "measure.h"
+#include "chunks.h"
+#include "snapshot.h"
 #include "kernel_source.h"
 
 #include "context.h"

@@ -318,7 +318,7 @@ bool atlas_segment_run(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
     char error[VOLUME_TEXT];
-    if (!atlas_read(set->atlas, &run->atlas)) {
+    if (!atlas_read(set->atlas, &run->atlas) || (set->beside && !atlas_read_without(set->beside, &run->without))) {
         return false;
     }
     if (!volume_read(set->image, set->frame, &run->image, error)) {
