@@ -28,6 +28,7 @@ int main(int argc, char **argv)
 #include "../examples/common/viewer_camera.c"
 #include "../examples/common/viewer_file.c"
 #include "../examples/common/viewer_gl.c"
+#include "../examples/common/viewer_history.c"
 #include "../examples/common/viewer_model.c"
 #include "../examples/common/viewer_scene.c"
 #include "../examples/common/viewer_script.c"
@@ -315,10 +316,10 @@ TEST the_pointer_pushes_and_drags(void)
     ASSERT(play(&app, "scroll -1\npress left shift\nframes 20\nrelease left\nrest\n", error));
     ASSERT(measured(&app.model).volume > dented + 0.01);
 
-    struct viewer_ray ray = viewer_camera_ray(&app.camera, 200.0f, 60.0f, 400, 300);
+    struct viewer_ray ray = viewer_camera_ray(&app.camera, 200.0f, 50.0f, 400, 300);
     struct viewer_brush spot;
     ASSERT_FALSE(viewer_pick(&app.model, &ray, &spot));
-    ASSERT(play(&app, "key 1\nmove 200 110\npress left\nmove 200 60 20\nframes 20\nrelease left\nrest\n", error));
+    ASSERT(play(&app, "key 1\nmove 200 110\npress left\nmove 200 45 20\nframes 20\nrelease left\nrest\n", error));
     ASSERT(viewer_pick(&app.model, &ray, &spot)); /* the nose is under the pointer */
     viewer_app_close(&app);
     PASS();
@@ -357,6 +358,40 @@ TEST the_pointer_cuts_and_merges(void)
     const uint64_t hash = springls_state_hash(app.model.ctx);
     ASSERT(play(&app, "press left\nrelease left\nkey escape\nkey enter\nrest\n", error)); /* thought better of it */
     ASSERT_EQ(hash, springls_state_hash(app.model.ctx));
+    viewer_app_close(&app);
+    PASS();
+}
+
+TEST undo_restores_the_model_to_the_bit(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball();
+    uint64_t hash[4] = {springls_state_hash(app.model.ctx)};
+    static const char *const changes[] = {"key 2\nmove 200 150\nscroll 5 ctrl\npress left\nframes 5\nrelease left\nrest\n",
+                                          "key 5\nmove 20 150\npress left\nmove 380 160\nrelease left\nrest\n",
+                                          "key 6\nmove 200 110\npress left\nrelease left\nkey enter\nrest\n"};
+    for (int i = 0; i < 3; ++i) {
+        ASSERT(play(&app, changes[i], error));
+        hash[i + 1] = springls_state_hash(app.model.ctx);
+        ASSERT(hash[i + 1] != hash[i]);
+    }
+    for (int i = 2; i >= 0; --i) {
+        ASSERT(play(&app, "key Z ctrl\nframes 2\n", error));
+        ASSERT_EQ(hash[i], springls_state_hash(app.model.ctx));
+    }
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    ASSERT(strstr(app.message, "nothing more"));
+    for (int i = 1; i < 4; ++i) {
+        ASSERT(play(&app, "key Y ctrl\nframes 2\n", error));
+        ASSERT_EQ(hash[i], springls_state_hash(app.model.ctx));
+    }
+    ASSERT(play(&app, "key Y ctrl\n", error));
+    ASSERT(strstr(app.message, "nothing more"));
+    ASSERT(play(&app, "key Z ctrl\nkey Z ctrl\n", error));
+    ASSERT(play(&app, changes[1], error)); /* the same again has the same result; what was undone is forgotten */
+    ASSERT_EQ(hash[2], springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "key Y ctrl\n", error));
+    ASSERT_EQ(hash[2], springls_state_hash(app.model.ctx));
     viewer_app_close(&app);
     PASS();
 }
@@ -601,6 +636,7 @@ int main(int argc, char **argv)
     RUN_TEST(the_pointer_pushes_and_drags);
     RUN_TEST(the_pointer_turns_the_camera);
     RUN_TEST(the_pointer_cuts_and_merges);
+    RUN_TEST(undo_restores_the_model_to_the_bit);
     RUN_TEST(a_script_that_is_wrong_is_refused);
     start_display();
     RUN_TEST(pictures_show_what_there_is);

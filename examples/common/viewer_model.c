@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define COLOR "color"          /* the name of the attribute */
 #define BODY_SHARE (2.0 / 3.0) /* of the grid's side: the rest is room to drag and inflate into */
 
 static bool refuse(struct viewer_model *model, const char *text)
@@ -24,6 +25,9 @@ bool viewer_model_check(struct viewer_model *model, springls_status status)
 
 void viewer_model_free(struct viewer_model *model)
 {
+    if (model->ctx) {
+        springls_chunks_destroy(model->ctx, model->chunks);
+    }
     springls_destroy(model->ctx);
     memset(model, 0, sizeof *model);
 }
@@ -72,6 +76,7 @@ static bool replace(struct viewer_model *model, struct viewer_model *made, bool 
 {
     if (good) {
         made->version = model->version + 1;
+        made->telling = model->telling + 1;
         viewer_model_free(model);
         *model = *made;
     } else {
@@ -114,7 +119,7 @@ static bool split(struct viewer_model *model)
 /* Every springl takes the colour of its place on the mesh, and hands it on from there. */
 static bool take_colors(struct viewer_model *model, const struct mesh *mesh, const int *triangles)
 {
-    static const springls_attribute_desc color = {"color", 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND};
+    static const springls_attribute_desc color = {COLOR, 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND};
     const int count = springls_count(model->ctx);
     springls_material *places = malloc((size_t)count * sizeof *places);
     float *values = malloc(3 * (size_t)count * sizeof *values);
@@ -236,6 +241,30 @@ bool viewer_model_settle(struct viewer_model *model)
 }
 
 bool viewer_model_at_rest(const struct viewer_model *model) { return model->unsettled == 0; }
+
+bool viewer_model_chunks(struct viewer_model *model, bool material, const springls_chunk **changed, int *count)
+{
+    const springls_chunks_desc desc = {.material = material};
+    if (model->chunks && material != model->chunks_with_material) {
+        springls_chunks_destroy(model->ctx, model->chunks);
+        model->chunks = NULL;
+    }
+    if (!model->chunks) {
+        ++model->telling;
+        model->chunks_with_material = material;
+        if (!viewer_model_check(model, springls_chunks_create(model->ctx, &desc, &model->chunks))) {
+            return false;
+        }
+    }
+    return viewer_model_check(model, springls_chunks_update(model->ctx, model->chunks, changed, count));
+}
+
+void viewer_model_restored(struct viewer_model *model)
+{
+    model->colors = springls_find_attribute(model->ctx, COLOR);
+    model->unsettled = 0;
+    ++model->version;
+}
 
 float *viewer_model_colors(struct viewer_model *model, const springls_mesh *mesh)
 {
