@@ -13228,9 +13228,9 @@ SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_c
         size_t bytes = (size_t)attribute->channels * sizeof(float);
         k = springls_find_attribute(other, attribute->name);
         if (k >= 0 && other->attributes[k].channels == attribute->channels)
-            memcpy(springls__row(attribute, n), springls__row(&other->attributes[k], j), bytes);
+            memcpy(springls__attribute_row(attribute, n), springls__attribute_row(&other->attributes[k], j), bytes);
         else
-            memset(springls__row(attribute, n), 0, bytes);
+            memset(springls__attribute_row(attribute, n), 0, bytes);
     }
 }
 
