@@ -46,6 +46,7 @@
      >>coherence            src/coherence.h
      >>run                  src/run.h
      >>stage                src/stage.h
+     >>parts                src/parts.h
      >>constellation        src/constellation.h
      >>grid                 src/grid.h
      >>cells                src/cells.h
@@ -80,6 +81,8 @@
      >>isosurface           src/isosurface.h
      >>remodel              src/remodel.h
      >>measure              src/measure.h
+     >>chunks               src/chunks.h
+     >>snapshot             src/snapshot.h
      >>kernel_source        src/kernel_source.h
      >>context              src/context.h
 */
@@ -451,9 +454,14 @@
   #define springls_unsigned_to_signed SPRINGLS__NAME(springls_unsigned_to_signed)
   #define springls_track SPRINGLS__NAME(springls_track)
   #define springls_step SPRINGLS__NAME(springls_step)
+  #define springls_step_begin SPRINGLS__NAME(springls_step_begin)
+  #define springls_step_continue SPRINGLS__NAME(springls_step_continue)
+  #define springls_step_in_progress SPRINGLS__NAME(springls_step_in_progress)
   #define springls_run SPRINGLS__NAME(springls_run)
   #define springls_time SPRINGLS__NAME(springls_time)
   #define springls_set_time SPRINGLS__NAME(springls_set_time)
+  #define springls_snapshot SPRINGLS__NAME(springls_snapshot)
+  #define springls_restore SPRINGLS__NAME(springls_restore)
   #define springls_count SPRINGLS__NAME(springls_count)
   #define springls_view_vertices SPRINGLS__NAME(springls_view_vertices)
   #define springls_view_particles SPRINGLS__NAME(springls_view_particles)
@@ -465,6 +473,9 @@
   #define springls_extract_mesh SPRINGLS__NAME(springls_extract_mesh)
   #define springls_extract_soup SPRINGLS__NAME(springls_extract_soup)
   #define springls_mesh_free SPRINGLS__NAME(springls_mesh_free)
+  #define springls_chunks_create SPRINGLS__NAME(springls_chunks_create)
+  #define springls_chunks_destroy SPRINGLS__NAME(springls_chunks_destroy)
+  #define springls_chunks_update SPRINGLS__NAME(springls_chunks_update)
   #define springls_copy_level_set SPRINGLS__NAME(springls_copy_level_set)
   #define springls_sample_distance SPRINGLS__NAME(springls_sample_distance)
   #define springls_sample_gradient SPRINGLS__NAME(springls_sample_gradient)
@@ -517,7 +528,8 @@ typedef enum springls_status {
     SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
                                        ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
                                        the model could not be brought back: then it is empty                             */
-    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid; the model is as it was            */
 } springls_status;
 
 /* A constant English phrase for any status; never NULL. */
@@ -858,11 +870,45 @@ typedef struct springls_step_desc {
    the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
+/* The same step in as many calls as you like, for a budget a frame: springls_step is the two of them without a limit, and the
+   bits are the same however a step is cut. _begin checks and notes; *step and *step->forces are copied, but what the forces
+   point to (user, data) is borrowed until the step is done, and callbacks come in _continue only.
+   _continue works for about `seconds` by trace.now (without it: see springls_trace; C's processor time counts all threads
+   together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
+   fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
+   A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
+   Between the calls the model is on its way: counts, views, ids, sample_*, inside, closest, raycast, surfels and the soup
+   tell what is there now, springls that have moved and a level set that may not have followed yet (in SPRINGLS_ELASTIC steps
+   it may be half made). springls_set_*, _reset and _restore drop the step with the model. Every other call that changes the
+   model, or wants it whole (a stage, a step, parameters, time, mask, reference, max_speed, meshes, chunks, measures, snapshots),
+   ends the step first, however long that takes, and returns its failure if it has one. */
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
+SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
+
 /* `steps` steps with progress reports. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
 SPRINGLS_API double springls_time(const springls_context *ctx);
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
+
+/* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
+
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
+   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
+   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+typedef enum springls_snapshot_kind {
+    SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
+                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+                               this context, or one that a block with all has been restored to                 */
+} springls_snapshot_kind;
+
+/* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+
+/* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
 
 /* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
 
@@ -904,6 +950,35 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
+
+/* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
+   chunks meet each has its vertices, with the same bits, so that together they are watertight. */
+typedef struct springls_chunk {
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
+    float *positions;        /* 3 a vertex, world                                                               */
+    float *normals;          /* 3 a vertex, unit, outward                                                       */
+    float *correspondences;  /* 3 a vertex, world; NULL without desc.material                                   */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX: none within a voxel; NULL likewise */
+    uint16_t *triangles;     /* 3 a triangle, numbers of the chunk's vertices, counter-clockwise seen from outside */
+} springls_chunk;
+
+typedef struct springls_chunks_desc {
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
+                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
+                        all chunks change in every step                                                         */
+    bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
+} springls_chunks_desc;
+
+/* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
+typedef struct springls_chunks springls_chunks;
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
+
+/* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
+   all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
+   within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
 
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -6157,6 +6232,62 @@ struct springls_backend {
     springls_status (*settle_regions)(springls_context *ctx);
 };
 
+typedef springls_status (*springls__stage_fn)(springls_context *ctx);
+
+/* A run of a kernel here. */
+typedef struct springls__range_job { const springls_context *ctx; const struct springls__kernel_facts *kernel; springls__job job; } springls__range_job;
+
+/* A loop that is run in pieces; pace: seconds that an element of the last one took. */
+typedef struct springls__pieces {
+    springls_task task;
+    void *arg;
+    int next, count, grain;
+    double pace;
+    springls__range_job kernel;
+} springls__pieces;
+
+/* The stage at work, and how far it has come (parts.h). */
+typedef struct springls__work {
+    springls__stage_fn stage;
+    int part, turn;         /* the next part; how often one has been done again                                 */
+    bool more;
+    float number;           /* what parts tell each other                                                       */
+    springls__pieces loop;
+} springls__work;
+
+/* What advect is to do, does and has done. */
+typedef struct springls__motion {
+    springls_context *ctx;
+    springls_forces forces;
+    bool stop_at_topology;
+    float time, dt, most;   /* most: the way that no particle goes beyond, voxels; 0: any                       */
+    int tries;
+    springls__force_rule rule;
+    float affine_weight;
+    springls__movers *displacement;
+    struct springls__block_motion *blocks;
+    float moved;            /* how far the fastest goes; negative: not finite                                   */
+    int moving;
+} springls__motion;
+
+/* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
+typedef struct springls__row { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__row;
+
+/* The step in progress (step.h). */
+typedef struct springls__stepping {
+    const springls__row *row; /* the next one                                                            */
+    double seconds;         /* that the stage at work has taken so far                                          */
+    bool active;
+    int stage;              /* at work, or -1                                                                   */
+    springls_step_desc desc;
+    springls_forces forces;
+    double end;             /* time when the step will be over                                                  */
+    float left, part;       /* of dt: to come, and of that as much as the force may permit at once              */
+    int parts;
+    bool resample, afresh;  /* this sub-step resamples; phi is made afresh of the springls                      */
+    int iterations;         /* of evolve and rebuild, to come                                                   */
+} springls__stepping;
+
 struct springls_context {
     springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
@@ -6165,6 +6296,7 @@ struct springls_context {
     springls__model model;
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
     springls__surface original;
+    uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
     int attribute_count;
@@ -6181,6 +6313,9 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
+    springls__work work;
+    springls__motion motion;
+    springls__stepping step;
     bool cells_fresh, omega_fresh, model_fresh; /* false after anything that moves springls                     */
     size_t memory_used;
     char error[256];
@@ -6892,7 +7027,7 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    springls__forget_work(ctx);
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
     return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
                                                  writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }
@@ -6916,8 +7051,6 @@ static const springls__kernel_facts springls__kernels[] = {
 #undef SPRINGLS__BRICK_FACTS
 };
 
-typedef struct springls__range_job { const springls_context *ctx; const springls__kernel_facts *kernel; springls__job job; } springls__range_job;
-
 SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 {
     const springls__range_job *run = (const springls__range_job *)arg;
@@ -6930,15 +7063,19 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
     return ctx->backend->run(ctx, (int)kernel, count, job);
 }
 
-/* What the device cannot do is done here. */
+/* Has the device done it? What it cannot do is done here. */
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    if (!ctx->on_device) return false;
+    if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return true;
+    springls__leave_backend(ctx);
+    return false;
+}
+
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
-    if (count <= 0 || ctx->lost) return;
-    if (ctx->on_device) {
-        if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return;
-        springls__leave_backend(ctx);
-    }
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run.ctx = ctx;
     run.kernel = &springls__kernels[kernel];
@@ -7038,27 +7175,157 @@ SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stag
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
 }
 
-/* Runs one stage under its clock: the body of every public stage call. */
-SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage,
-                                              springls_status (*run)(springls_context *))
-{
-    springls_status status;
-    double started;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    started = springls__stage_begin(ctx, stage);
-    springls__use_device(ctx);
-    ctx->calls++;
-    status = run(ctx);
-    ctx->calls--;
-    springls__stage_end(ctx, stage, started);
-    return springls__told(ctx, status);
-}
-
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",
                                                              "fill_gaps", "track", "unsigned_to_signed", "project", "keep_edges", "volume_lock" };
     return (int)stage >= 0 && stage < SPRINGLS_STAGE_COUNT ? names[stage] : "";
+}
+
+/* ======== >>parts  (src/parts.h) =============================================================================== */
+/* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
+   ctx->work.part, does that part and says by springls__then which one follows, or nothing when it is done. A part ends with at
+   most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
+   ctx->work. A stage that knows no parts is one. */
+
+/* For the end of a part: another one follows. */
+SPRINGLS__FN springls_status springls__then(springls_context *ctx, int part)
+{
+    ctx->work.part = part;
+    ctx->work.more = true;
+    return SPRINGLS_OK;
+}
+
+/* ... all of another stage follows. */
+SPRINGLS__FN springls_status springls__then_stage(springls_context *ctx, springls__stage_fn stage)
+{
+    ctx->work.stage = stage;
+    ctx->work.turn = 0;
+    return springls__then(ctx, 0);
+}
+
+/* The step in progress, if any, is ended first by whatever changes the model or wants its working memory. */
+SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx);
+
+/* ---- loops in pieces ---- */
+
+/* The loop that a part ends with. */
+SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    loop->task = task;
+    loop->arg = arg;
+    loop->grain = grain;
+    loop->count = count;
+    loop->next = 0;
+    loop->pace = 0.0;
+}
+
+/* ... over a kernel. A device does it whole, and meanwhile the host goes on. */
+SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
+    ctx->work.loop.kernel.ctx = ctx;
+    ctx->work.loop.kernel.kernel = &springls__kernels[kernel];
+    ctx->work.loop.kernel.job = job;
+    springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
+}
+
+SPRINGLS__FN bool springls__in_loop(const springls_context *ctx) { return ctx->work.loop.next < ctx->work.loop.count; }
+
+SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
+{
+    const springls__pieces *loop = (const springls__pieces *)arg;
+    loop->task(loop->arg, loop->next + begin, loop->next + end);
+}
+
+SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    if (!springls__in_loop(ctx)) return;
+    springls__parallel(ctx, loop->count - loop->next, loop->grain, springls__piece_task, loop);
+    loop->next = loop->count;
+}
+
+/* Ranges of a smallest piece: some for each of a few threads. */
+enum { SPRINGLS__PIECE_GRAINS = 4 };
+
+/* As much of the loop as takes half of what is left of the time, at the pace so far. */
+SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    double now = springls__now(ctx), fits = loop->pace > 0.0 ? 0.5 * (until - now) / loop->pace : 0.0;
+    int least = SPRINGLS__PIECE_GRAINS * loop->grain, rest = loop->count - loop->next, n = least;
+    if (fits > (double)least) n = fits < (double)rest ? (int)fits / loop->grain * loop->grain : rest;
+    n = springls__imin(n, rest);
+    springls__parallel(ctx, n, loop->grain, springls__piece_task, loop);
+    loop->next += n;
+    loop->pace = (springls__now(ctx) - now) / (double)n;
+}
+
+/* Would the next piece take longer than there is? */
+SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
+{
+    const springls__pieces *loop = &ctx->work.loop;
+    double next = springls__in_loop(ctx) ? loop->pace * (double)(SPRINGLS__PIECE_GRAINS * loop->grain) : 0.0;
+    return !(springls__now(ctx) + next < until);
+}
+
+/* ---- stages in parts ---- */
+
+SPRINGLS__FN void springls__begin_stage(springls_context *ctx, springls__stage_fn stage)
+{
+    memset(&ctx->work, 0, sizeof ctx->work);
+    springls__then_stage(ctx, stage);
+}
+
+SPRINGLS__FN bool springls__stage_done(const springls_context *ctx) { return !ctx->work.more && !springls__in_loop(ctx); }
+
+SPRINGLS__FN springls_status springls__run_part(springls_context *ctx)
+{
+    ctx->work.more = false;
+    return ctx->work.stage(ctx);
+}
+
+/* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
+SPRINGLS__FN springls_status springls__go_on(springls_context *ctx, const double *until)
+{
+    while (!springls__stage_done(ctx)) {
+        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_part(ctx));
+        else if (until) springls__run_piece(ctx, *until);
+        else springls__finish_loop(ctx);
+        if (ctx->lost) return ctx->backend_status;
+        if (until && springls__too_late(ctx, *until)) break;
+    }
+    return SPRINGLS_OK;
+}
+
+/* All of a stage, which may be inside a part of another. */
+SPRINGLS__FN springls_status springls__whole(springls_context *ctx, springls__stage_fn stage)
+{
+    const springls__work outer = ctx->work;
+    springls_status status;
+    springls__begin_stage(ctx, stage);
+    status = springls__go_on(ctx, NULL);
+    ctx->work = outer;
+    return status;
+}
+
+/* Runs one stage under its clock: the body of every public stage call. */
+SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+{
+    springls_status status;
+    double started;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    started = springls__stage_begin(ctx, stage);
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__whole(ctx, run);
+    ctx->calls--;
+    springls__stage_end(ctx, stage, started);
+    return springls__told(ctx, status);
 }
 
 /* ======== >>constellation  (src/constellation.h) =============================================================== */
@@ -7184,32 +7451,46 @@ SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int s
     return SPRINGLS_OK;
 }
 
-/* Everything of a grid outside: keeps memory. */
-SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+/* The constant bricks of a grid, far outside and far inside. */
+SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls__grid *g)
 {
-    size_t i, bricks = springls__brick_count(g);
     g->far_value = ctx->model.params.band_half_width + 1.0f;
-    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
-    g->active_count = g->free_count = 0;
-    g->slot_count = SPRINGLS__FIRST_SLOT;
     springls__fill(g->phi, SPRINGLS__OUTSIDE, g->far_value);
     springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
 }
 
-/* The model and its reference are empty. */
-SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+/* ... and what the model's grid has besides. */
+SPRINGLS__FN void springls__model_constants(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int slot;
-    springls__host_anew(ctx);
-    springls__grid_clear(ctx, &ctx->model.reference);
-    springls__grid_clear(ctx, g);
+    springls__grid_constants(ctx, g);
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture);
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
+}
+
+/* Everything of a grid outside: keeps memory. */
+SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    g->active_count = g->free_count = 0;
+    g->slot_count = SPRINGLS__FIRST_SLOT;
+    springls__grid_constants(ctx, g);
+}
+
+/* The model and its reference are empty. */
+SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+{
+    springls__host_anew(ctx);
+    springls__grid_clear(ctx, &ctx->model.reference);
+    springls__grid_clear(ctx, &ctx->model.grid);
+    springls__model_constants(ctx);
+    ctx->reference_stamp = 0;
 }
 
 SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
@@ -7409,13 +7690,13 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
 /* neighbors.h - lists of neighbours (section 4.8). */
 
 /* Neighbours move together, so the lists serve until the next resampling (section 4.3.1 keeps them during a relaxation
-   for the same reason); the closest points slide along their edges meanwhile. */
+   for the same reason); the closest points slide along their edges meanwhile. Ends with a loop. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-    springls__run(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
+    springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
     ctx->neighbors_age = 0;
     return SPRINGLS_OK;
 }
@@ -7513,23 +7794,14 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
 
-typedef struct springls__advect_job {
-    springls_context *ctx;
-    const springls_forces *forces;
-    springls__force_rule rule;
-    float affine_weight;
-    springls__movers *displacement;
-    struct springls__block_motion *motion; /* one a block */
-} springls__advect_job;
-
 /* What a block's displacements come to. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
 /* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time,
+SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time,
                                  springls__v3 *out)
 {
-    const springls_forces *forces = job->forces;
+    const springls_forces *forces = &job->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
     int i;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -7547,10 +7819,10 @@ SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls
 }
 
 /* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals,
-                                 int count, float time, springls__v3 *out)
+SPRINGLS__FN void springls__push(const springls__motion *job, const springls__v3 *points, const springls__v3 *normals, int count,
+                                 float time, springls__v3 *out)
 {
-    const springls_forces *forces = job->forces;
+    const springls_forces *forces = &job->forces;
     float buffer[SPRINGLS__ADVECT_BLOCK];
     int i;
     if (forces->pressure) {
@@ -7571,7 +7843,7 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
 }
 
 /* Slopes of all movers of a block: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const springls__v3 *x, const springls__v3 *a, int count,
+SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__v3 *x, const springls__v3 *a, int count,
                                    float time, springls__v3 *slope)
 {
     springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
@@ -7592,8 +7864,8 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
-    if (!job->forces->affine) return;
-    job->forces->affine(job->forces->user, &x[0].x, &a[0].x, count, time, affine);
+    if (!job->forces.affine) return;
+    job->forces.affine(job->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -7622,7 +7894,7 @@ SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__mo
     return motion;
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int first, int count)
+SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
@@ -7635,7 +7907,7 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
     springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
-    if (job->forces->integrator == SPRINGLS_EULER) {
+    if (job->forces.integrator == SPRINGLS_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
@@ -7655,7 +7927,7 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
                                           springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
+    job->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
@@ -7666,68 +7938,78 @@ SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
 /* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
 {
-    const springls__advect_job *job = (const springls__advect_job *)arg;
+    const springls__motion *job = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
         springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->model.set.count - first));
     }
 }
 
-SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, const springls_forces *forces, float time, float dt,
-                                                      springls__advect_job *job)
+/* The context's motion: what `forces` do from `time` on in a time of dt. */
+SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    float spread = ctx->model.params.half_time_sampling ? 0.5f * dt : dt;
+    springls__motion *job = &ctx->motion;
     memset(job, 0, sizeof *job);
-    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
-    if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     job->ctx = ctx;
-    job->forces = forces;
+    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    job->forces = *forces;
     job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->rule.dt = dt;
-    job->rule.stage_time[0] = time;
-    job->rule.stage_time[1] = job->rule.stage_time[2] = time + 0.5f * spread;
-    job->rule.stage_time[3] = time + spread;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity));
     job->rule.euler = forces->integrator == SPRINGLS_EULER;
     job->rule.curvature_weight = forces->curvature_weight;
-    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement);
+    job->time = time;
+    job->dt = dt;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
+    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity);
 }
 
-/* The largest particle displacement, or a negative number when any point's is not finite. */
-SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *job, int *moving)
+SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 {
-    float largest2 = 0.0f;
-    int i;
-    *moving = 0;
-    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
-        if (!job->motion[i].finite) return -1.0f;
-        largest2 = springls__max(largest2, job->motion[i].largest2);
-        *moving += job->motion[i].moving;
-    }
-    return springls__sqrt(largest2);
+    float spread = job->ctx->model.params.half_time_sampling ? 0.5f * job->dt : job->dt;
+    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX))
+        return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    job->rule.dt = job->dt;
+    job->rule.stage_time[0] = job->time;
+    job->rule.stage_time[1] = job->rule.stage_time[2] = job->time + 0.5f * spread;
+    job->rule.stage_time[3] = job->time + spread;
+    job->rule.stop_at_topology = job->stop_at_topology;
+    return SPRINGLS_OK;
 }
 
-/* Displacements by the host's threads, which callbacks want. */
-SPRINGLS__FN springls_status springls__displace_here(springls__advect_job *job, float *moved, int *moving)
+/* Displacements by the host's threads, which callbacks want. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
                                                                                      : 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->blocks, (void **)&job->blocks));
     SPRINGLS__TRY(
         springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
-    *moved = springls__largest_displacement(job, moving);
+    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
     return SPRINGLS_OK;
 }
 
-/* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
+/* After that: the largest particle displacement, or a negative number when any point's is not finite. */
+SPRINGLS__FN void springls__displaced(springls__motion *job)
 {
-    const springls_forces *forces = job->forces;
+    float largest2 = 0.0f;
+    bool finite = true;
+    int i;
+    if (!job->blocks) return; /* the device has told */
+    job->moving = 0;
+    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
+        finite = finite && job->blocks[i].finite;
+        largest2 = springls__max(largest2, job->blocks[i].largest2);
+        job->moving += job->blocks[i].moving;
+    }
+    job->moved = finite ? springls__sqrt(largest2) : -1.0f;
+}
+
+/* Can the device take these forces by itself? */
+SPRINGLS__FN bool springls__device_knows(springls__motion *job)
+{
+    const springls_forces *forces = &job->forces;
     float *n = job->rule.flow_numbers;
     if (forces->pressure || forces->affine) return false;
     job->rule.flow = SPRINGLS__FLOW_NONE;
@@ -7766,51 +8048,60 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job, float *moved, int *moving)
+SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces->pressure_grid, &job->rule.pressure));
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces->velocity_grid, &job->rule.velocity));
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
-            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
-    *moved = springls__sqrt(springls__largest(ctx, 1, count));
-    *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
-    if (!(*moved < 1e9f)) *moved = -1.0f;
+    job->moved = springls__sqrt(springls__largest(ctx, 1, count));
+    job->moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    if (!(job->moved < 1e9f)) job->moved = -1.0f;
     return ctx->backend_status;
 }
 
-SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
+/* Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace(springls__motion *job)
 {
-    if (job->ctx->on_device && springls__device_knows(job))
-        SPRINGLS__TRY_THERE(job->ctx, springls__displace_there(job, moved, moving));
-    return springls__displace_here(job, moved, moving);
+    springls_context *ctx = job->ctx;
+    SPRINGLS__TRY(springls__motion_times(job));
+    SPRINGLS__TRY(
+        springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
+    job->blocks = NULL;
+    if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
+    return springls__displace_here(job);
 }
 
-/* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
-   *moved: how far the fastest one goes. */
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt,
-                                              bool stop_at_topology, float most, float *moved)
+/* Moves all springls as the context's motion says. A particle that would go further than `most` (0: any way is allowed) has
+   everything tried again with a shorter dt, a little shorter than would do if the force were even; at last any way is allowed. */
+SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
-    springls__advect_job job;
-    int moving;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
-    job.rule.stop_at_topology = stop_at_topology;
-    SPRINGLS__TRY(springls__displace(&job, moved, &moving));
-    if (*moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
-    if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    springls__run(ctx, SPRINGLS__KERNEL_move, ctx->model.set.count, springls__no_job());
-    ctx->stats.moved = *moved;
-    ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
+    enum { TRIES = 40 };
+    springls__motion *job = &ctx->motion;
+    int count = ctx->model.set.count;
+    if (ctx->work.part == 0) {
+        SPRINGLS__TRY(springls__displace(job));
+        return springls__then(ctx, 1);
+    }
+    springls__displaced(job);
+    if (job->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
+    if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
+        job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
+        return springls__then(ctx, 0);
+    }
+    springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
+    ctx->stats.moved = job->moved;
+    ctx->stats.moving = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -7818,32 +8109,35 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
 
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    springls_status status;
-    double started;
-    float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
-    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    return springls__told(ctx, status);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
+    return springls__staged(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
+}
+
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+{
+    springls__motion *job = &ctx->motion;
+    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
+    job->forces.integrator = SPRINGLS_EULER;
+    job->rule.euler = 1;
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__told(ctx, springls__displace(job)));
+    springls__finish_loop(ctx);
+    springls__displaced(job);
+    if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    *speed = job->moved;
+    return SPRINGLS_OK;
 }
 
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
-    springls__advect_job job;
-    springls_forces euler;
-    int moving;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    euler = *forces;
-    euler.integrator = SPRINGLS_EULER;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
-    SPRINGLS__TRY(springls__told(ctx, springls__displace(&job, speed, &moving)));
-    if (*speed < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
-    return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__max_speed(ctx, forces, time, speed);
 }
 
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
@@ -7880,17 +8174,20 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
-    void *next;
-    int iteration;
-    if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__neighbors_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), &next));
-    for (iteration = 0; iteration < ctx->model.params.relax_iterations; iteration++) {
-        springls__run(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
+    switch (ctx->work.part) {
+    case 0:
+        if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
+        SPRINGLS__TRY(springls__neighbors_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
+        return springls__then(ctx, 2);
+    default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
+        springls__constellation_moved(ctx);
+        return ++ctx->work.turn < ctx->model.params.relax_iterations ? springls__then(ctx, 1) : SPRINGLS_OK;
     }
-    springls__constellation_moved(ctx);
-    return SPRINGLS_OK;
 }
 
 /* Flipped triangles are turned round (section 4.3.1). */
@@ -7911,21 +8208,9 @@ SPRINGLS_API springls_status springls_relax(springls_context *ctx)
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
-SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
+SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, springls__no_job());
-}
-
-SPRINGLS__FN springls_status springls__merge(springls_context *ctx)
-{
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-    do {
-        springls__run(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-    } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0);
     return SPRINGLS_OK;
 }
 
@@ -7933,31 +8218,50 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__job job = springls__no_job();
     int count = ctx->model.set.count;
-    if (count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
-    if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
-    job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
-    job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
-    springls__run(ctx, SPRINGLS__KERNEL_contract, count, job);
-    springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
-    ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
-    springls__constellation_changed(ctx);
-    if (ctx->model.params.merge_distance > 0.0f) SPRINGLS__TRY(springls__merge(ctx));
-    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
-    SPRINGLS__TRY(springls__constellation_compact(ctx));
-    springls__attributes_after_removal(ctx, count);
-    ctx->stats.removed += count - ctx->model.set.count;
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
+    switch (ctx->work.part) {
+    case 0:
+        if (count == 0) return SPRINGLS_OK;
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
+        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
+        job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
+        job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
+        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
+        return springls__then(ctx, 1);
+    case 1:
+        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
+        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
+        springls__constellation_changed(ctx);
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__then(ctx, 4);
+        SPRINGLS__TRY(springls__cells_build(ctx));
+        SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
+        return springls__then(ctx, 2);
+    case 2:
+        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
+        return springls__then(ctx, 3);
+    case 3:
+        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
+        return springls__then(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+    default:
+        SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+        SPRINGLS__TRY(springls__constellation_compact(ctx));
+        springls__attributes_after_removal(ctx, count);
+        ctx->stats.removed += count - ctx->model.set.count;
+        springls__constellation_changed(ctx);
+        return SPRINGLS_OK;
+    }
+}
+
+/* By phi as it is. */
+SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__sample_phi(ctx));
+    return springls__then_stage(ctx, springls__contract);
 }
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
-    if (ctx) {
-        springls__use_device(ctx);
-        springls__sample_phi(ctx);
-    }
-    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
+    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
 }
 
 /* ======== >>edges  (src/edges.h) =============================================================================== */
@@ -8202,7 +8506,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     return SPRINGLS_OK;
 }
 
-/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. */
+/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. Ends with a loop. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -8210,7 +8514,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
-        springls__run(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;
@@ -8241,11 +8545,18 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__omega_build(ctx));
-    springls__run(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-    springls__commit_phi(ctx, 1);
-    springls__phi_in_step(ctx);
-    return SPRINGLS_OK;
+    switch (ctx->work.part) {
+    case 0:
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 2);
+    default:
+        springls__commit_phi(ctx, 1);
+        springls__phi_in_step(ctx);
+        return SPRINGLS_OK;
+    }
 }
 
 SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
@@ -8304,10 +8615,17 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-    springls__swap_phi(ctx);
-    springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width); /* one a voxel of the way */
-    return springls__band_move(ctx);
+    switch (ctx->work.part) {
+    case 0:
+        springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 1);
+    case 1:
+        springls__swap_phi(ctx);
+        if (ctx->work.turn++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 1);
+    default: return SPRINGLS_OK;
+    }
 }
 
 SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
@@ -8342,26 +8660,39 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
+    const int sweeps = 2;
     springls__job job = springls__job_of(carry);
-    int bricks, springls = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cells_cover_around(ctx));
-    bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)springls, sizeof(springls__oriented), NULL));
-    SPRINGLS__TRY(springls__way_since_phi(ctx, &job.f[0]));
-    springls__run(ctx, SPRINGLS__KERNEL_oriented, springls, springls__no_job());
-    springls__run(ctx, SPRINGLS__KERNEL_project, bricks, job);
-    if (carry) {
-        springls__settle(ctx);
-        springls__phi_in_step(ctx);
-    }
-    springls__commit_phi(ctx, carry ? 1 + (int)springls__min(job.f[0], ctx->model.grid.far_value) : 1);
-    if (carry && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE) {
-        springls__run(ctx, SPRINGLS__KERNEL_specks, bricks, springls__no_job());
+    float *way = &ctx->work.number;
+    switch (ctx->work.part) {
+    case 0:
+        SPRINGLS__TRY(springls__cells_cover_around(ctx));
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
+        SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
+        SPRINGLS__TRY(springls__way_since_phi(ctx, way));
+        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
+        job.f[0] = *way;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
+        return springls__then(ctx, 1);
+    case 1:
+        if (carry) {
+            springls__settle(ctx);
+            springls__phi_in_step(ctx);
+        }
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__then(ctx, 3);
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 2);
+    case 2:
         springls__swap_phi(ctx);
+        return springls__then(ctx, 3);
+    case 3:
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 4);
+    default:
+        springls__swap_phi(ctx);
+        if (++ctx->work.turn < sweeps) return springls__then(ctx, 3);
+        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
-    springls__redistance_sweeps(ctx, 2);
-    return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }
@@ -8371,15 +8702,22 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) 
 /* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
    comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
 
-SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
+/* Where they are wanted. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_holes(springls_context *ctx)
 {
-    int count = ctx->model.set.count, wanted = 0, room;
+    int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)count, sizeof(uint32_t), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__plant(springls_context *ctx)
+{
+    int count = ctx->model.set.count, wanted = 0, room;
     while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, SPRINGLS__UNDECIDED) > 0) {
         springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, springls__no_job());
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH2, SPRINGLS__ARRAY_SCRATCH3);
@@ -8400,18 +8738,25 @@ SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
 /* ======== >>fill_gaps  (src/fill_gaps.h) ======================================================================= */
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
-/* Springls for the bare triangles of the zero level: see springls__is_exposed. */
-SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
+/* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx, float covered, float on_sheets)
 {
     springls__job job = springls__no_job();
-    int bricks, wanted = 0, room;
+    int bricks;
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
     job.f[0] = covered;
     job.f[1] = on_sheets;
-    springls__run(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    return SPRINGLS_OK;
+}
+
+/* ... get springls. */
+SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+{
+    int bricks = ctx->model.grid.active_count, wanted = 0, room;
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
     ctx->stats.refused += wanted - room;
@@ -8421,32 +8766,43 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__add_springls(springls_context *ctx)
+/* The new springls, behind `first` others, take their place among them. */
+SPRINGLS__FN void springls__adopt(springls_context *ctx, int first)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
-    const float d_max = ctx->model.params.d_max;
-    const bool springls_first = ctx->model.params.fill_from_springls != 0;
+    int added = ctx->model.set.count - first;
     double started;
-    int first, added;
-    if (springls_first) SPRINGLS__TRY(springls__fill_from_springls(ctx));
-    first = ctx->model.set.count;
-    SPRINGLS__TRY(springls_first ? springls__fill_from_level_set(ctx, springls__max(covered, d_max), on_sheets)
-                                 : springls__fill_from_level_set(ctx, d_max, d_max));
-    added = ctx->model.set.count - first;
-    if (added == 0) return SPRINGLS_OK;
+    if (added == 0) return;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
     springls__run(ctx, SPRINGLS__KERNEL_adopt, added, springls__job_of(first)); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
-    int known = ctx->model.set.count;
-    springls_status status = springls__add_springls(ctx), follow = springls__attributes_after_fill(ctx, known);
-    return status != SPRINGLS_OK ? status : follow;
+    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
+    const float d_max = ctx->model.params.d_max;
+    const int count = ctx->model.set.count;
+    const bool springls_first = ctx->model.params.fill_from_springls != 0;
+    switch (ctx->work.part) {
+    case 0:
+        if (!springls_first) return springls__then(ctx, 2);
+        SPRINGLS__TRY(springls__find_holes(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__plant(ctx));
+        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
+        return springls__then(ctx, 2);
+    case 2:
+        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+                                          springls_first ? on_sheets : d_max));
+        return springls__then(ctx, 3);
+    default:
+        SPRINGLS__TRY(springls__cover(ctx));
+        springls__adopt(ctx, count);
+        return springls__attributes_after_fill(ctx, count);
+    }
 }
 
 SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
@@ -8628,21 +8984,33 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
-    SPRINGLS__TRY(springls__bricks_around_springls(ctx));
-    SPRINGLS__TRY(springls__omega_build(ctx));
-    SPRINGLS__TRY(springls__grow_bricks(ctx));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-    if (ctx->model.params.project_level_set) {
-        springls__run(ctx, SPRINGLS__KERNEL_sides, g->active_count, springls__no_job());
-        SPRINGLS__TRY(springls__settle_regions(ctx));
+    const int bricks = ctx->model.grid.active_count;
+    const bool project = ctx->model.params.project_level_set != 0;
+    switch (ctx->work.part) {
+    case 0:
+        if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__grow_bricks(ctx));
+        return springls__then(ctx, 2);
+    case 2:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
+        return springls__then(ctx, 3);
+    case 3:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
+        return springls__then(ctx, 4);
+    case 4:
+        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
+        return springls__then(ctx, 5);
+    default:
+        if (project) SPRINGLS__TRY(springls__settle_regions(ctx));
+        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
+        springls__phi_in_step(ctx);
+        return springls__then_stage(ctx, springls__rebuild);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_with_sign, g->active_count, springls__no_job());
-    springls__phi_in_step(ctx);
-    return springls__rebuild(ctx);
 }
 
 SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
@@ -9269,162 +9637,341 @@ SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 }
 
 /* ======== >>step  (src/step.h) ================================================================================= */
-/* step.h - Algorithms 2 and 3. */
+/* step.h - Algorithms 2 and 3: tables of stages, which a step goes through row by row for each of its sub-steps. It can be left
+   between any two parts of a stage (parts.h) and gone on with later: what is not in the model then is in ctx->step. */
 
-SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
+/* ---- what the rows ask ---- */
+
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
 {
-    SPRINGLS__TRY(springls_evolve(ctx));
-    return springls_rebuild(ctx);
+    return iteration % ctx->model.params.resample_period == 0;
 }
 
-/* The level set catches up with the springls: carried along by them or, where it has just been made afresh of them, by eq. 23,
-   which closes what gaps between springls have left open. */
-SPRINGLS__FN springls_status springls__follow(springls_context *ctx, bool afresh)
+/* Volumes are to be locked, and nobody knows them yet. */
+SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
-    const int enough = 3;
-    bool carry = ctx->model.params.predict && !afresh;
-    int iterations = ctx->model.params.predict && afresh ? springls__imax(ctx->model.params.evolve_iterations, enough) : ctx->model.params.evolve_iterations, z;
-    if (ctx->model.params.keep_edges && ctx->model.set.at_edges > 0)
-        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
-    if (carry) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
-    for (z = 0; z < iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->model.params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
-    return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
+    return ctx->model.params.volume_lock && ctx->locked_count == 0;
 }
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->model.params.resample_period == 0; }
+SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
-/* Algorithm 2 after Advect. */
-SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
+/* contract will ask for phi as it was before the springls moved. */
+SPRINGLS__FN bool springls__wants_phi_before(const springls_context *ctx)
 {
-    float way;
-    bool last = ctx->model.params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
-    SPRINGLS__TRY(springls_relax(ctx));
-    if (resample && !last) {
-        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
-        SPRINGLS__TRY(springls_resample(ctx));
-        SPRINGLS__TRY(springls_relax(ctx));
+    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
+}
+
+SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resample; }
+SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
+{
+    return ctx->step.resample && !ctx->model.params.resample_last;
+}
+SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
+{
+    return ctx->step.resample && ctx->model.params.resample_last;
+}
+SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+SPRINGLS__FN bool springls__starts_afresh(const springls_context *ctx) { return ctx->step.afresh; }
+SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
+{
+    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
+}
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.afresh; }
+SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
+
+/* After eq. 23; carrying phi along has projected it already. */
+SPRINGLS__FN bool springls__projects(const springls_context *ctx)
+{
+    return ctx->model.params.project_level_set && !(springls__carries(ctx) && ctx->model.params.evolve_iterations == 0);
+}
+
+/* ---- what is done between stages ---- */
+
+enum { SPRINGLS__MOST_PARTS = 10000 };
+
+/* The rest of a step is cut into parts as equal as the force allows. */
+SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    float dt = step->part;
+    if (step->left > 0.0f) {
+        dt = step->left / (springls__floor(step->left / step->part * 0.9999f) + 1.0f);
+        if (ctx->time + (double)dt == ctx->time)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                                  (double)dt);
+        if (step->parts++ == SPRINGLS__MOST_PARTS)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                                  SPRINGLS__MOST_PARTS);
     }
-    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
-    afresh = ctx->model.params.predict && way > ctx->model.grid.far_value; /* too far to be carried */
-    if (afresh) SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx, afresh));
-    if (!resample) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__orient(ctx));
-    if (last) {
-        SPRINGLS__TRY(springls_contract(ctx));
-        SPRINGLS__TRY(springls_resample(ctx));
-    }
-    return springls_fill_gaps(ctx);
-}
-
-/* Algorithm 3 after Advect. */
-SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool one_to_one)
-{
-    SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx, true));
-    SPRINGLS__TRY(springls_relax(ctx));
-    if (one_to_one) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls_fill_gaps(ctx));
-    SPRINGLS__TRY(springls_contract(ctx));
-    return springls_resample(ctx);
-}
-
-/* The chosen algorithm after Advect. */
-SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const springls_step_desc *step)
-{
-    if (step->mode == SPRINGLS_ADVECT_ONLY) return SPRINGLS_OK;
-    SPRINGLS__TRY(step->mode == SPRINGLS_FLUID ? springls__fluid_step(ctx, step->one_to_one) : springls__elastic_step(ctx, step->one_to_one));
-    return ctx->model.params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
-}
-
-/* One step of at most *dt, in which no particle goes further than `longest` voxels (0: any way); *dt becomes the time that has
-   passed. A force may be stronger during the step than at its start: then a shorter one is tried, a little shorter than would
-   do if the force were even, and at last any way is allowed. */
-SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float longest, float *dt, float *moved)
-{
-    enum { TRIES = 40 };
-    springls_status status = SPRINGLS_OK;
-    double started;
-    int tries;
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
         ctx->stats.volume_correction = 0.0f;
     }
-    if (ctx->model.params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
-    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    springls__use_device(ctx);
-    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
-        springls__sample_phi(ctx); /* for contract */
-    for (tries = 1; tries <= TRIES; tries++) {
-        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < TRIES ? longest : 0.0f, moved);
-        if (status != SPRINGLS_OK || longest == 0.0f || *moved <= longest) break;
-        *dt *= springls__max(0.95f * longest / *moved, 0.1f);
-    }
-    status = springls__told(ctx, status);
-    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    if (status != SPRINGLS_OK) return status;
-    ctx->time += (double)*dt;
-    ctx->iteration++;
-    ctx->stats.steps++;
-    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
-    return springls__after_advect(ctx, step);
-}
-
-enum { SPRINGLS__MOST_PARTS = 10000 };
-
-/* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
-SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
-{
-    const float longest = step->max_displacement, growth = 1.5f;
-    const double end = ctx->time + (double)step->dt;
-    float left = step->dt, moved;
-    int parts;
-    for (parts = 0; left > 1e-6f * step->dt; parts++) {
-        float taken = left / (springls__floor(left / dt * 0.9999f) + 1.0f);
-        if (ctx->time + (double)taken == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)taken);
-        if (parts == SPRINGLS__MOST_PARTS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
-        SPRINGLS__TRY(springls__substep(ctx, step, longest * 1.0001f, &taken, &moved));
-        left = (float)(end - ctx->time);
-        dt = taken * (growth * moved > longest ? longest / moved : growth);
-    }
-    ctx->time = end;
+    SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
+    ctx->motion.most = step->left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
+    ctx->motion.stop_at_topology = step->desc.stop_at_topology;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__step(springls_context *ctx, const springls_step_desc *step)
+/* Springls have moved. */
+SPRINGLS__FN springls_status springls__substep_counts(springls_context *ctx)
 {
-    float speed, limit, dt, moved;
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    ctx->time += (double)ctx->motion.dt;
+    ctx->iteration++;
+    ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_ELASTIC;
+    return SPRINGLS_OK;
+}
+
+/* Springls may have come too far for phi to be carried along. */
+SPRINGLS__FN springls_status springls__measure_way(springls_context *ctx)
+{
+    float way;
+    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
+    ctx->step.afresh = ctx->model.params.predict && way > ctx->model.grid.far_value;
+    return SPRINGLS_OK;
+}
+
+/* How often eq. 23 is needed: it closes what gaps between springls have left open where phi has just been made afresh of them. */
+SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
+{
+    const int enough = 3;
+    ctx->step.iterations = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.predict && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
+    return SPRINGLS_OK;
+}
+
+/* Back to evolve and rebuild, the two rows before. */
+SPRINGLS__FN springls_status springls__iterate(springls_context *ctx)
+{
+    ctx->step.iterations--;
+    ctx->step.row -= 3;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
+
+/* ---- the algorithms ---- */
+
+#define SPRINGLS__BEGIN                                                          \
+    { -1, NULL, springls__substep_begin },                                       \
+    { SPRINGLS_STAGE_VOLUME_LOCK, springls__lock_is_new, springls__volume_lock }
+#define SPRINGLS__MOVE                                                           \
+    { SPRINGLS_STAGE_ADVECT, NULL, springls__advect },                           \
+    { -1, NULL, springls__substep_counts }
+/* The level set catches up with the springls. */
+#define SPRINGLS__FOLLOW                                                         \
+    { -1, NULL, springls__follow_begin },                                        \
+    { SPRINGLS_STAGE_KEEP_EDGES, springls__has_edges, springls__keep_edges },    \
+    { SPRINGLS_STAGE_PROJECT, springls__carries, springls__carry_level_set },    \
+    { SPRINGLS_STAGE_EVOLVE, springls__iterates, springls__evolve },             \
+    { SPRINGLS_STAGE_REBUILD, springls__iterates, springls__rebuild },           \
+    { -1, springls__iterates, springls__iterate },                               \
+    { SPRINGLS_STAGE_PROJECT, springls__projects, springls__project_level_set }
+#define SPRINGLS__END                                                            \
+    { SPRINGLS_STAGE_VOLUME_LOCK, springls__locks_volume, springls__volume_lock }, \
+    { -1, NULL, springls__substep_end }
+
+static const springls__row springls__fluid[] = { /* Algorithm 2 */
+    SPRINGLS__BEGIN,
+    { -1, springls__wants_phi_before, springls__sample_phi },
+    SPRINGLS__MOVE,
+    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
+    { SPRINGLS_STAGE_CONTRACT, springls__resamples_first, springls__contract },
+    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_first, springls__resample },
+    { SPRINGLS_STAGE_RELAX, springls__resamples_first, springls__relax },
+    { -1, NULL, springls__measure_way },
+    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__starts_afresh, springls__unsigned_to_signed },
+    SPRINGLS__FOLLOW,
+    { -1, springls__resamples, springls__orient },
+    { SPRINGLS_STAGE_CONTRACT, springls__resamples_last, springls__contract_now },
+    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_last, springls__resample },
+    { SPRINGLS_STAGE_FILL_GAPS, springls__resamples, springls__fill_gaps },
+    SPRINGLS__END
+};
+
+static const springls__row springls__elastic[] = { /* Algorithm 3 */
+    SPRINGLS__BEGIN,
+    SPRINGLS__MOVE,
+    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, NULL, springls__unsigned_to_signed },
+    SPRINGLS__FOLLOW,
+    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
+    { SPRINGLS_STAGE_FILL_GAPS, springls__not_one_to_one, springls__fill_gaps },
+    { SPRINGLS_STAGE_CONTRACT, springls__not_one_to_one, springls__contract_now },
+    { SPRINGLS_STAGE_RESAMPLE, springls__not_one_to_one, springls__resample },
+    SPRINGLS__END
+};
+
+static const springls__row springls__advect_only[] = {
+    SPRINGLS__BEGIN,
+    SPRINGLS__MOVE,
+    { -1, NULL, springls__substep_end }
+};
+
+#undef SPRINGLS__BEGIN
+#undef SPRINGLS__MOVE
+#undef SPRINGLS__FOLLOW
+#undef SPRINGLS__END
+
+SPRINGLS__FN void springls__first_row(springls_context *ctx)
+{
+    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID     ? springls__fluid
+                    : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic
+                                                              : springls__advect_only;
+}
+
+/* Is there another sub-step? The next one is as long as the last one permitted. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->left = (float)(step->end - ctx->time);
+    step->part = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->left > 1e-6f * step->desc.dt) {
+        springls__first_row(ctx);
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end;
+    step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* How the step is cut into sub-steps: left is 0 where it is not. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    const springls_step_desc *desc = &step->desc;
+    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
+    step->left = 0.0f;
+    step->part = desc->dt;
+    springls__first_row(ctx);
+    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->part = speed > 1e-6f ? limit / speed : 0.0f;
+        return SPRINGLS_OK;
+    }
+    if (!(speed * desc->dt <= (float)SPRINGLS__MOST_PARTS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MOST_PARTS);
+    step->left = desc->dt;
+    step->end = ctx->time + (double)desc->dt;
+    step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
+    return SPRINGLS_OK;
+}
+
+static const springls__row springls__plan[] = { { -1, NULL, springls__plan_step } };
+
+/* ---- from row to row ---- */
+
+/* The next row that is wanted begins. */
+SPRINGLS__FN void springls__row_begin(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    while (step->row->when && !step->row->when(ctx)) step->row++;
+    step->stage = step->row->stage;
+    step->seconds = 0.0;
+    if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
+    springls__begin_stage(ctx, step->row->run);
+    step->row++;
+}
+
+SPRINGLS__FN void springls__row_end(springls_context *ctx, double started)
+{
+    if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
+    ctx->step.stage = -1;
+}
+
+/* Goes on with the stage at work. Its clock stands still while nobody does. */
+SPRINGLS__FN springls_status springls__row_go_on(springls_context *ctx, const double *until)
+{
+    springls__stepping *step = &ctx->step;
+    double started = springls__now(ctx) - step->seconds;
+    springls_status status;
+    springls__use_device(ctx);
+    status = springls__go_on(ctx, until);
+    if (status == SPRINGLS_OK && !springls__stage_done(ctx)) step->seconds = springls__now(ctx) - started;
+    else springls__row_end(ctx, started);
+    return status;
+}
+
+/* What is in progress is left as it is. */
+SPRINGLS__FN void springls__drop_step(springls_context *ctx)
+{
+    if (ctx->step.active) springls__row_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    ctx->step.active = false;
+    memset(&ctx->work, 0, sizeof ctx->work);
+}
+
+/* Goes on with the step in progress for a while; NULL: to its end. */
+SPRINGLS__FN springls_status springls__step_go_on(springls_context *ctx, const double *until)
+{
+    springls_status status = SPRINGLS_OK;
+    if (!ctx->step.active) return SPRINGLS_OK;
+    ctx->calls++;
+    do {
+        if (springls__stage_done(ctx)) springls__row_begin(ctx);
+        status = springls__row_go_on(ctx, until);
+    } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
+    ctx->calls--;
+    if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
+    springls__drop_step(ctx);
+    return springls__told(ctx, status);
+}
+
+SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__step_go_on(ctx, NULL); }
+
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
-    dt = step->dt;
-    if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->model.params.d_max;
-    SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
-    if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        dt = speed > 1e-6f ? limit / speed : 0.0f;
-        return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    }
-    if (!(speed * dt <= (float)SPRINGLS__MOST_PARTS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
-    return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
+    springls__drop_step(ctx);
+    memset(&ctx->step, 0, sizeof ctx->step);
+    ctx->step.desc = *step;
+    ctx->step.forces = *step->forces;
+    ctx->step.row = springls__plan;
+    ctx->step.stage = -1;
+    ctx->step.active = true;
+    return SPRINGLS_OK;
 }
+
+SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done)
+{
+    springls_status status;
+    double until;
+    if (done) *done = true;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!done || !(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step_continue: done is NULL, or seconds is negative or not a number");
+    until = springls__now(ctx) + seconds;
+    status = springls__step_go_on(ctx, &until);
+    *done = !ctx->step.active;
+    return status;
+}
+
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx) { return ctx && ctx->step.active; }
 
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {
-    springls_status status;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    ctx->calls++;
-    status = springls__step(ctx, step);
-    ctx->calls--;
-    return springls__told(ctx, status);
+    SPRINGLS__TRY(springls_step_begin(ctx, step));
+    return springls__finish_step(ctx);
 }
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
@@ -9446,7 +9993,9 @@ SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ct
 
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 {
-    if (ctx && time > -DBL_MAX && time < DBL_MAX) ctx->time = time;
+    if (!ctx || !(time > -DBL_MAX && time < DBL_MAX)) return;
+    springls__finish_step(ctx);
+    ctx->time = time;
 }
 
 /* in */
@@ -9580,6 +10129,19 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
+/* Memory for n triangles; the first `keep` and their nodes stay. */
+SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
+    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 3 * keep * sizeof(springls__v3));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
+    surface->points = (springls__v3 *)surface->points_memory.data;
+    surface->order = (int *)surface->order_memory.data;
+    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
+    return status;
+}
+
 /* Makes room for count triangles; the caller writes surface->points (3 a triangle), then calls springls__surface_finish.
    On failure the surface is empty and can be freed. */
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
@@ -9588,13 +10150,7 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     surface->count = surface->given = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
-    surface->points = (springls__v3 *)surface->points_memory.data;
-    surface->order = (int *)surface->order_memory.data;
-    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
-    return SPRINGLS_OK;
+    return springls__surface_room(ctx, surface, n, 0);
 }
 
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
@@ -10140,6 +10696,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 /* Empty model, empty grid. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
+    springls__drop_step(ctx);
     ctx->model.set.count = ctx->model.set.at_edges = 0;
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
@@ -10161,6 +10718,7 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__reference_copy(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
@@ -10456,7 +11014,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     springls__clear_model(ctx);
     status = springls__set_from_distance(ctx, springls__implicit_distance, &job);
     if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
-        status = springls__rebuild(ctx);
+        status = springls__whole(ctx, springls__rebuild);
         springls__redistance_sweeps(ctx, 8);
     }
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
@@ -10533,6 +11091,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__adopt_reference(ctx));
@@ -10544,6 +11103,7 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
     return SPRINGLS_OK;
@@ -10570,10 +11130,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
-    if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
+    if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__unsigned_to_signed);
     for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
-        status = springls__evolve(ctx);
-        if (status == SPRINGLS_OK) status = springls__rebuild(ctx);
+        status = springls__whole(ctx, springls__evolve);
+        if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__rebuild);
     }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
@@ -10990,7 +11550,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
-    if (!balanced) SPRINGLS__TRY(springls__rebuild(ctx));
+    if (!balanced) SPRINGLS__TRY(springls__whole(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
@@ -10998,7 +11558,9 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     ctx->original.given = given;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__fill_from_level_set(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    SPRINGLS__TRY(springls__find_bare(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    springls__finish_loop(ctx);
+    SPRINGLS__TRY(springls__cover(ctx));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -11566,14 +12128,14 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a function of the
    correspondence, on the same side of the surface. All that can fail is done before anything changes. */
 
-SPRINGLS__FN float *springls__row(const springls__attribute *attribute, int i)
+SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute, int i)
 {
     return (float *)attribute->values.data + (size_t)i * (size_t)attribute->channels;
 }
 
 SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
 {
-    if (to != from) memcpy(springls__row(attribute, to), springls__row(attribute, from), (size_t)attribute->channels * sizeof(float));
+    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), (size_t)attribute->channels * sizeof(float));
 }
 
 SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
@@ -11582,7 +12144,7 @@ SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, sprin
     return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
 }
 
-SPRINGLS__FN springls_status springls__work(springls_context *ctx, int which, size_t count, size_t element)
+SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
 {
     return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
 }
@@ -11745,7 +12307,7 @@ SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, c
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
     for (i = 0; i < donors->count; i++)
-        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__row(attribute, donors->index[i])[c];
+        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
 }
 
 /* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
@@ -11754,7 +12316,7 @@ SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, c
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (donors->count == 0) memset(out, 0, bytes);
     else if (blend) springls__donors_blend(attribute, donors, out);
-    else memcpy(out, springls__row(attribute, donors->index[0]), bytes);
+    else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
 }
 
 /* ---- split ---- */
@@ -11773,8 +12335,8 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
     if (!blended) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
@@ -11829,7 +12391,7 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
         int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *first = springls__row(attribute, other), *second = springls__row(attribute, child);
+            float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
             for (c = 0; c < attribute->channels; c++) {
                 if (attribute->split == SPRINGLS_BLEND) first[c] = in[at + c];
                 if (attribute->split == SPRINGLS_SHARE) first[c] *= 0.5f;
@@ -11867,7 +12429,7 @@ SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
         springls__donors donors = springls__donors_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *row = springls__row(attribute, child);
+            float *row = springls__attribute_row(attribute, child);
             if (attribute->fill == SPRINGLS_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
             else springls__donors_value(attribute, &donors, attribute->fill == SPRINGLS_BLEND, row);
         }
@@ -11956,7 +12518,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
-    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     job.ctx = ctx;
     job.fate = (const uint8_t *)ctx->model.scratch[1];
@@ -11968,7 +12530,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
 /* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
 SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
 {
-    float *to = springls__row(attribute, heir), *from = springls__row(attribute, gone);
+    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
     int c;
     for (c = 0; c < attribute->channels; c++) to[c] = attribute->merge == SPRINGLS_SHARE ? to[c] + from[c] : to[c] + share * (from[c] - to[c]);
 }
@@ -12054,6 +12616,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     springls__attribute *attribute;
     if (index) *index = -1;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__check_attribute(ctx, desc));
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
     attribute = &ctx->attributes[ctx->attribute_count];
@@ -12073,6 +12636,7 @@ SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, in
 {
     springls__attribute *attribute;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "remove_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     springls__buffer_free(ctx, &attribute->values);
@@ -12111,6 +12675,7 @@ SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int i
 {
     springls__attribute *attribute;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "set_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));
@@ -12339,7 +12904,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
         int *inner;
-        SPRINGLS__TRY(springls__work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
+        SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
         inner = (int *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
         for (i = 0; i < given; i++) inner[i] = -1;
         for (i = 0; i < ctx->original.count; i++) inner[ctx->original.source[i] / 2] = i;
@@ -12663,9 +13228,9 @@ SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_c
         size_t bytes = (size_t)attribute->channels * sizeof(float);
         k = springls_find_attribute(other, attribute->name);
         if (k >= 0 && other->attributes[k].channels == attribute->channels)
-            memcpy(springls__row(attribute, n), springls__row(&other->attributes[k], j), bytes);
+            memcpy(springls__attribute_row(attribute, n), springls__attribute_row(&other->attributes[k], j), bytes);
         else
-            memset(springls__row(attribute, n), 0, bytes);
+            memset(springls__attribute_row(attribute, n), 0, bytes);
     }
 }
 
@@ -12703,7 +13268,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__fill_gaps(ctx));
+        SPRINGLS__TRY(springls__whole(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
@@ -12718,7 +13283,7 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__project_level_set(ctx));
+    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
@@ -12752,7 +13317,9 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    if (springls__use_host(other, false) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (springls__finish_step(other) != SPRINGLS_OK || springls__use_host(other, false) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
 }
@@ -12764,6 +13331,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;
@@ -12888,6 +13456,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
+    SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     status = springls__told(ctx, springls__dressed_isosurface(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
@@ -13074,6 +13643,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     if (!(springls__fabs(job.offset) < 1e4f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
     springls__surface_free(ctx, &job.level);
@@ -13098,6 +13668,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!(voxels >= 0.0f && voxels < 1e3f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
     duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
@@ -13126,12 +13697,11 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
-        SPRINGLS__TRY(springls__relax(ctx));
-        springls__sample_phi(ctx);
-        SPRINGLS__TRY(springls__contract(ctx));
+        SPRINGLS__TRY(springls__whole(ctx, springls__relax));
+        SPRINGLS__TRY(springls__whole(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__project_level_set(ctx));
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
@@ -13140,6 +13710,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }
@@ -13156,6 +13727,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
@@ -13219,13 +13791,892 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     return hash;
 }
 
+/* ======== >>chunks  (src/chunks.h) ============================================================================= */
+/* chunks.h - the zero level brick by brick, and which bricks have changed. What was shown last is kept: a level set of its own in
+   bricks like the model's, each voxel of which follows the model's only when that has gone further away than `tolerance`. All
+   chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
+
+/* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
+typedef struct springls__crew { uint64_t ids; springls__v3 sum; int count; } springls__crew;
+
+struct springls_chunks {
+    springls_chunks_desc desc;
+    springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
+    springls__crew *crew;       /* of a slot, when it was last meshed                                           */
+    uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
+    uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
+    int *list;
+    springls_chunk *chunk;      /* those that have changed                                                      */
+    springls__buffer top, slot_brick, free_slots, phi, crews, dirt, meshes, touch, lists, chunks, vertices, corners;
+};
+
+SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
+{
+    springls__buffer *const buffers[] = { &c->top, &c->slot_brick, &c->free_slots, &c->phi, &c->crews, &c->dirt,
+                                          &c->meshes, &c->touch, &c->lists,
+                                          &c->chunks, &c->vertices, &c->corners };
+    size_t i;
+    for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
+    springls__release(ctx, c, sizeof *c);
+}
+
+/* Room for slots of bricks that are shown. */
+SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
+{
+    size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float), used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
+    c->shown.slot_brick = (int *)c->slot_brick.data;
+    c->shown.free_slots = (int *)c->free_slots.data;
+    c->shown.phi = (float *)c->phi.data;
+    c->crew = (springls__crew *)c->crews.data;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    size_t bricks = springls__brick_count(g), i;
+    memcpy(c->shown.size, g->size, sizeof g->size);
+    memcpy(c->shown.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top, bricks, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirt, bricks, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->meshes, bricks, 1, 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
+    c->shown.top = (int *)c->top.data;
+    c->dirty = (uint8_t *)c->dirt.data;
+    c->has_mesh = (uint8_t *)c->meshes.data;
+    for (i = 0; i < bricks; i++) c->shown.top[i] = SPRINGLS__OUTSIDE;
+    memset(c->dirty, 0, bricks);
+    memset(c->has_mesh, 0, bricks);
+    c->shown.slot_count = SPRINGLS__FIRST_SLOT;
+    return SPRINGLS_OK;
+}
+
+/* ---- what has changed ---- */
+
+/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its normal
+   on voxels one further. Bits as in springls__reach_of_row. */
+SPRINGLS__FN uint32_t springls__touches(int v)
+{
+    int x = v & 7, y = v >> 3 & 7, z = v >> 6;
+    return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
+}
+
+typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
+
+/* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
+   them. */
+SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    springls_chunks *c = job->chunks;
+    const springls__grid *g = &job->ctx->model.grid;
+    const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    const uint32_t own = 1u << 13;
+    int v;
+    for (; begin < end; begin++) {
+        const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        uint32_t touched = 0u;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            float before = shown[v];
+            if (springls__fabs(now[v] - before) <= tolerance && (now[v] < 0.0f) == (before < 0.0f)) continue;
+            shown[v] = now[v];
+            /* far from the surface it moves neither vertices nor normals */
+            if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
+        }
+        for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
+            if (springls__touches(v) == own) shown[v] = now[v];
+        c->touched[begin] = touched ? touched | own : 0u;
+    }
+}
+
+/* Bricks whose values may differ from those shown, to `list`; each is given a slot. */
+SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__grid *shown = &c->shown;
+    int bricks = (int)springls__brick_count(g), i, n = 0, fresh = 0;
+    for (i = 0; i < bricks; i++) {
+        bool here = shown->top[i] >= SPRINGLS__FIRST_SLOT;
+        if (!here && g->top[i] == shown->top[i]) continue;
+        n++;
+        fresh += !here;
+    }
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->lists, (size_t)n + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->touch, (size_t)n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, shown->slot_count + fresh));
+    c->list = (int *)c->lists.data;
+    c->touched = (uint32_t *)c->touch.data;
+    shown->far_value = g->far_value;
+    springls__fill(shown->phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(shown->phi, SPRINGLS__INSIDE, -g->far_value);
+    for (i = n = 0; i < bricks; i++) {
+        int side = shown->top[i], slot;
+        if (side < SPRINGLS__FIRST_SLOT && g->top[i] == side) continue;
+        c->list[n++] = i;
+        if (side >= SPRINGLS__FIRST_SLOT) continue;
+        slot = shown->free_count ? shown->free_slots[--shown->free_count] : shown->slot_count++;
+        shown->top[i] = slot;
+        shown->slot_brick[slot] = i;
+        springls__fill(shown->phi, slot, side == SPRINGLS__INSIDE ? -g->far_value : g->far_value);
+        memset(&c->crew[slot], 0, sizeof c->crew[slot]);
+    }
+    *count = n;
+    return SPRINGLS_OK;
+}
+
+/* All that a change of listed brick i reaches is to be meshed again. */
+SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
+{
+    int origin[3], at[3], d;
+    springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
+    for (d = 0; d < 27 && c->touched[i]; d++)
+        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at)) c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+}
+
+/* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
+SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__crew *crew;
+    void *memory;
+    int i, slot;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)c->shown.slot_count, sizeof *crew, &memory));
+    crew = (springls__crew *)memory;
+    memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__v3 p = ctx->model.set.s[i].p;
+        slot = springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
+        crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        crew[slot].sum = springls__add(crew[slot].sum, p);
+        crew[slot].count++;
+    }
+    for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
+        float most = c->desc.tolerance * (float)crew[slot].count;
+        if (c->shown.slot_brick[slot] < 0) continue;
+        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most) continue;
+        c->crew[slot] = crew[slot];
+        c->dirty[c->shown.slot_brick[slot]] = 1;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Bricks that have become constant give their slot back. */
+SPRINGLS__FN void springls__drop_shown(springls_context *ctx, springls_chunks *c, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->shown.top[brick];
+        if (side >= SPRINGLS__FIRST_SLOT) continue;
+        c->shown.top[brick] = side;
+        c->shown.slot_brick[slot] = -1;
+        c->shown.free_slots[c->shown.free_count++] = slot;
+    }
+}
+
+/* ---- meshes ---- */
+
+/* The vertex that lies on an edge of a cube: one number for all cubes around the edge. */
+SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
+{
+    int corner = springls__mc_edge_corner(edge);
+    return 3 * springls__tile_index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)) + springls__mc_edge_axis(edge);
+}
+
+/* Marching cubes of a chunk, vertices (voxels) numbered as triangles come to them. Both NULL: it only counts. */
+SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
+{
+    const springls__grid *g = &c->shown;
+    float tile[SPRINGLS__TILE_VOXELS];
+    uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* from 1 on; 0: none yet */
+    int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
+    springls__cube_range range;
+    chunk->vertex_count = chunk->triangle_count = 0;
+    if (slot < SPRINGLS__FIRST_SLOT) return;
+    memset(number, 0, sizeof number);
+    range = springls__brick_cubes(g, slot);
+    springls__load_tile(g, g->phi, slot, springls__alone(), tile);
+    for (z = range.lo[2]; z <= range.hi[2]; z++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++)
+            for (x = range.lo[0]; x <= range.hi[0]; x++) {
+                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
+                int mask = springls__mc_case(cell);
+                for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+                    int edge = springls__mc_edge(mask, 0, k);
+                    uint16_t *n = &number[springls__edge_number(x, y, z, edge)];
+                    if (!*n) {
+                        if (vertex) vertex[chunk->vertex_count] = springls__cube_vertex(&range, cell, x, y, z, edge);
+                        *n = (uint16_t)++chunk->vertex_count;
+                    }
+                    if (corner) corner[3 * chunk->triangle_count + k] = (uint16_t)(*n - 1);
+                }
+                chunk->triangle_count += springls__mc_count(mask);
+            }
+}
+
+SPRINGLS__FN void springls__count_chunk_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    for (; begin < end; begin++) springls__mesh_chunk(job->chunks, &job->chunks->chunk[begin], NULL, NULL);
+}
+
+/* Its arrays are there; positions hold voxels, then the world. */
+SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
+{
+    springls__v3 *place = (springls__v3 *)(void *)chunk->positions;
+    int i;
+    springls__mesh_chunk(c, chunk, place, chunk->triangles);
+    for (i = 0; i < chunk->vertex_count; i++) {
+        springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
+        memcpy(chunk->normals + 3 * i, &n, sizeof n);
+        springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
+        if (c->desc.material) {
+            int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
+            if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
+            springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
+            chunk->ids[i] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+        }
+    }
+    for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
+        uint16_t one = chunk->triangles[3 * i + 1];
+        chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
+        chunk->triangles[3 * i + 2] = one;
+    }
+}
+
+SPRINGLS__FN void springls__fill_chunk_task(void *arg, int begin, int end)
+{
+    const springls__chunk_job *job = (const springls__chunk_job *)arg;
+    for (; begin < end; begin++) springls__fill_chunk(job->ctx, job->chunks, &job->chunks->chunk[begin]);
+}
+
+/* The dirty bricks as chunks without arrays. */
+SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const springls__grid *g = &c->shown;
+    int bricks = (int)springls__brick_count(g), i, n = 0;
+    for (i = 0; i < bricks; i++) n += c->dirty[i];
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunks, (size_t)n + 1, sizeof *c->chunk, 0));
+    c->chunk = (springls_chunk *)c->chunks.data;
+    memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
+    for (i = n = 0; i < bricks; i++) {
+        if (!c->dirty[i]) continue;
+        c->chunk[n].brick[0] = i % g->bricks[0];
+        c->chunk[n].brick[1] = i / g->bricks[0] % g->bricks[1];
+        c->chunk[n++].brick[2] = i / (g->bricks[0] * g->bricks[1]);
+    }
+    *count = n;
+    return SPRINGLS_OK;
+}
+
+/* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
+SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
+{
+    const size_t words = c->desc.material ? 10 : 6; /* a vertex */
+    size_t vertices = 0, corners = 0;
+    int i, n = 0;
+    for (i = 0; i < *count; i++) {
+        const int *b = c->chunk[i].brick;
+        vertices += (size_t)c->chunk[i].vertex_count;
+        corners += 3 * (size_t)c->chunk[i].triangle_count;
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])]) c->chunk[n++] = c->chunk[i];
+    }
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
+    *count = n;
+    vertices = corners = 0;
+    for (i = 0; i < n; i++) {
+        springls_chunk *chunk = &c->chunk[i];
+        size_t v = (size_t)chunk->vertex_count;
+        if (!v) continue;
+        chunk->positions = (float *)c->vertices.data + vertices * words;
+        chunk->normals = chunk->positions + 3 * v;
+        if (c->desc.material) {
+            chunk->correspondences = chunk->normals + 3 * v;
+            chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
+        }
+        chunk->triangles = (uint16_t *)c->corners.data + corners;
+        vertices += v;
+        corners += 3 * (size_t)chunk->triangle_count;
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, springls_chunks *c, int *count)
+{
+    springls__chunk_job job;
+    int listed, i;
+    job.ctx = ctx;
+    job.chunks = c;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    if (c->desc.material) SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
+    springls__parallel(ctx, listed, 16, springls__show_task, &job);
+    for (i = 0; i < listed; i++) springls__mark_around(c, i);
+    if (c->desc.material) SPRINGLS__TRY(springls__muster(ctx, c));
+    springls__drop_shown(ctx, c, listed);
+    SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
+    springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
+    SPRINGLS__TRY(springls__share_out(ctx, c, count));
+    springls__parallel(ctx, *count, 1, springls__fill_chunk_task, &job);
+    memset(c->dirty, 0, springls__brick_count(&c->shown));
+    for (i = 0; i < *count; i++) {
+        const int *b = c->chunk[i].brick;
+        c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- the calls ---- */
+
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out)
+{
+    springls_chunks *c;
+    springls_status status;
+    if (out) *out = NULL;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+    c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
+    if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
+    memset(c, 0, sizeof *c);
+    if (desc) c->desc = *desc;
+    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.05f : springls__max(c->desc.tolerance, 0.0f);
+    status = springls__chunks_make(ctx, c);
+    if (status == SPRINGLS_OK) *out = c;
+    else springls__chunks_free(ctx, c);
+    return status;
+}
+
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks)
+{
+    if (ctx && chunks) springls__chunks_free(ctx, chunks);
+}
+
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count)
+{
+    springls_status status;
+    if (changed) *changed = NULL;
+    if (count) *count = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!chunks || !changed || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    status = springls__chunks_update(ctx, chunks, count);
+    if (status == SPRINGLS_OK) *changed = chunks->chunk;
+    else *count = 0;
+    return springls__told(ctx, status);
+}
+
+/* ======== >>snapshot  (src/snapshot.h) ========================================================================= */
+/* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
+   (SPRINGLS__SECTIONS). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of bricks
+   are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory there,
+   before the model changes. */
+
+typedef struct springls__snapshot_head {
+    char magic[8];
+    uint32_t version, order;  /* order of bytes */
+    uint64_t size, checksum;  /* of the block, and of all behind this head */
+} springls__snapshot_head;
+
+static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
+enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
+
+typedef struct springls__attribute_entry { char name[SPRINGLS_MAX_NAME + 1]; int32_t channels, split, fill, merge; } springls__attribute_entry;
+
+typedef struct springls__snapshot_state {
+    double to_world[12], time;
+    uint64_t reference_stamp;
+    springls_stats stats;
+    springls_params params;
+    int32_t size[3];
+    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks, locked;
+    uint32_t next_id, step;
+    int32_t reference_bricks, original, given, has_source;
+    int32_t attributes;
+    springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
+} springls__snapshot_state;
+
+/* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
+typedef enum springls__section {
+    SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_WAS + 1,
+    SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
+    SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
+    SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_LOCKED,
+    SPRINGLS__SECTION_VALUES,      /* one each attribute */
+    SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__SECTION_REFERENCE_BRICKS,
+    SPRINGLS__SECTION_REFERENCE_PHI,
+    SPRINGLS__SECTION_ORIGINAL,
+    SPRINGLS__SECTION_SOURCE,
+    SPRINGLS__SECTIONS
+} springls__section;
+
+/* Where each section begins; the last number: where the block ends. */
+typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
+
+SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
+
+SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
+{
+    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
+    int a = section - SPRINGLS__SECTION_VALUES;
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
+    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES) return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
+    case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
+    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
+    case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_LOCKED: return (uint64_t)s->locked * sizeof(double);
+    case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
+    case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
+    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 3 * sizeof(springls__v3) : 0;
+    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int) : 0;
+    }
+}
+
+SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const springls__snapshot_state *s)
+{
+    springls__layout layout;
+    uint64_t at = sizeof(springls__snapshot_head) + (sizeof *s + 7) / 8 * 8;
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++) {
+        layout.at[section] = at;
+        at += (springls__section_bytes(g, s, section) + 7) / 8 * 8;
+    }
+    layout.at[SPRINGLS__SECTIONS] = at;
+    return layout;
+}
+
+/* Four independent chains of eight bytes at a time. A change of any one word changes the result. */
+SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
+{
+    const uint64_t prime = 1099511628211u;
+    const char *p = (const char *)data;
+    uint64_t chain[4], word;
+    size_t i, k;
+    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
+    for (i = 0; i + 32 <= bytes; i += 32)
+        for (k = 0; k < 4; k++) {
+            memcpy(&word, p + i + 8 * k, 8);
+            chain[k] = (chain[k] ^ word) * prime;
+            chain[k] ^= chain[k] >> 29;
+        }
+    for (k = 0; i < bytes; i += 8, k++) {
+        word = 0;
+        memcpy(&word, p + i, bytes - i < 8 ? bytes - i : 8);
+        chain[k] = (chain[k] ^ word) * prime;
+    }
+    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
+    return chain[0];
+}
+
+/* ---- out ---- */
+
+SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
+{
+    int i, n = 0, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
+    return n;
+}
+
+/* A number for the reference level set and the original surface, by which a block that leaves them out finds them again. */
+SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.reference;
+    const springls__surface *original = &ctx->original;
+    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value);
+    int i, bricks = (int)springls__brick_count(g);
+    if (ctx->reference_stamp) return ctx->reference_stamp;
+    for (i = 0; i < bricks; i++) {
+        int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
+        if (side == SPRINGLS__OUTSIDE) continue;
+        stamp = springls__checksum(stamp, &i, sizeof i);
+        stamp = springls__checksum(stamp, &side, sizeof side);
+        if (side >= SPRINGLS__FIRST_SLOT) stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof(float));
+    }
+    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
+    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
+    return ctx->reference_stamp = stamp | 1u;
+}
+
+SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+{
+    int i;
+    memset(s, 0, sizeof *s);
+    memcpy(s->to_world, ctx->to_world, sizeof s->to_world);
+    s->time = ctx->time;
+    s->reference_stamp = springls__reference_stamp(ctx);
+    s->stats = ctx->stats;
+    s->params = ctx->model.params;
+    for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
+    s->kind = (int32_t)kind;
+    s->iteration = ctx->iteration;
+    s->count = ctx->model.set.count;
+    s->at_edges = ctx->model.set.at_edges;
+    s->neighbors_age = ctx->neighbors_age;
+    s->has_neighbors = ctx->neighbors_age >= 0;
+    s->bricks = ctx->model.grid.active_count;
+    s->locked = ctx->locked_count;
+    s->next_id = ctx->model.set.next_id;
+    s->step = ctx->model.set.step;
+    s->reference_bricks = springls__active_bricks(&ctx->model.reference);
+    s->original = ctx->original.count;
+    s->given = ctx->original.given;
+    s->has_source = ctx->original.source != NULL;
+    s->attributes = ctx->attribute_count;
+    for (i = 0; i < s->attributes; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        springls__attribute_entry *row = &s->attribute[i];
+        memcpy(row->name, attribute->name, strlen(attribute->name));
+        row->channels = attribute->channels;
+        row->split = (int32_t)attribute->split;
+        row->fill = (int32_t)attribute->fill;
+        row->merge = (int32_t)attribute->merge;
+    }
+}
+
+SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int section, const void *data, uint64_t bytes)
+{
+    if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
+}
+
+/* Sides, numbers and values of a grid's bricks. */
+SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
+{
+    const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) {
+        if (g->top[i] == SPRINGLS__INSIDE) out[layout->at[sides] + (uint64_t)(i >> 3)] = (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        memcpy(numbers, &i, sizeof i);
+        memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
+        numbers += sizeof i;
+        values += brick;
+    }
+}
+
+SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, char *out)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__snapshot_head head;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* what rounding up leaves between the sections */
+        uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
+        memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
+    }
+    memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
+    memcpy(out + sizeof head, s, sizeof *s);
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors, springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
+    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
+    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
+    for (i = 0; i < s->attributes; i++)
+        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data, springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+    if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
+        memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points, springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source, springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+    }
+    memset(&head, 0, sizeof head);
+    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
+    head.version = SPRINGLS__SNAPSHOT_VERSION;
+    head.order = SPRINGLS__BYTE_ORDER;
+    head.size = layout->at[SPRINGLS__SECTIONS];
+    head.checksum = springls__checksum(head.size, out + sizeof head, (size_t)(head.size - sizeof head));
+    memcpy(out, &head, sizeof head);
+}
+
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size)
+{
+    springls__snapshot_state state;
+    springls__layout layout;
+    if (size) *size = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!size || (kind != SPRINGLS_SNAPSHOT_ALL && kind != SPRINGLS_SNAPSHOT_FRAME))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__snapshot_numbers(ctx, kind, &state);
+    layout = springls__layout_of(&ctx->model.grid, &state);
+    *size = (size_t)layout.at[SPRINGLS__SECTIONS];
+    if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+    if (!out) return SPRINGLS_OK;
+    if (room < *size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu", (unsigned long)*size, (unsigned long)room);
+    springls__snapshot_write(ctx, &state, &layout, (char *)out);
+    return SPRINGLS_OK;
+}
+
+/* ---- what may be believed ---- */
+
+/* Element i of a section, wherever it lies in memory. */
+SPRINGLS__FN int springls__int_at(const char *data, size_t i)
+{
+    int value;
+    memcpy(&value, data + i * sizeof value, sizeof value);
+    return value;
+}
+
+SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
+{
+    uint64_t i;
+    uint32_t bits, bad = 0;
+    for (i = 0; i + 4 <= bytes; i += 4) {
+        memcpy(&bits, data + i, 4);
+        bad |= (uint32_t)((bits & 0x7f800000u) == 0x7f800000u);
+    }
+    return !bad;
+}
+
+/* All of them from low to high. */
+SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int low, int high)
+{
+    uint64_t i;
+    bool good = true;
+    for (i = 0; i < bytes / sizeof(int); i++) {
+        int value = springls__int_at(data, (size_t)i);
+        good = good && value >= low && value <= high;
+    }
+    return good;
+}
+
+SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
+{
+    uint64_t i;
+    unsigned char all = 0;
+    for (i = 0; i < bytes; i++) all = (unsigned char)(all | (unsigned char)data[i]);
+    return all <= 1;
+}
+
+/* Bricks ascend; none is said to be constant as well. */
+SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
+{
+    int i, last = -1;
+    for (i = 0; i < count; i++) {
+        int brick = springls__int_at(numbers, (size_t)i);
+        if (brick <= last || (size_t)brick >= bricks || (sides[brick >> 3] >> (brick & 7) & 1)) return false;
+        last = brick;
+    }
+    return true;
+}
+
+SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int row)
+{
+    const springls__attribute_entry *a = &s->attribute[row];
+    int i;
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS) return false;
+    for (i = 0; i < row; i++)
+        if (strcmp(a->name, s->attribute[i].name) == 0) return false;
+    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill) && springls__policy_known((springls_policy)a->merge);
+}
+
+/* Why the numbers cannot be those of a model of this context; NULL: they can. */
+SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
+{
+    int i;
+    if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
+    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
+    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0) return "damaged";
+    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0 || s->original > INT32_MAX / 3 || s->given < s->original) return "damaged";
+    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
+    if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
+    for (i = 0; i < s->attributes; i++)
+        if (!springls__entry_good(s, i)) return "damaged";
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx)) return "of another original surface, which it leaves out";
+    return NULL;
+}
+
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
+    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
+    bool good = true;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) {
+        const char *data = block + layout->at[i];
+        uint64_t bytes = springls__section_bytes(g, s, i);
+        if (i < SPRINGLS__SECTION_NEIGHBORS) {
+            if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
+            if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
+            if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
+        } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
+        else if (i == SPRINGLS__SECTION_BRICKS) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_SOURCE) good = good && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES && i != SPRINGLS__SECTION_LOCKED) good = good && springls__all_finite(data, bytes);
+    }
+    for (i = 0; i < s->locked; i++) {
+        double volume;
+        memcpy(&volume, block + layout->at[SPRINGLS__SECTION_LOCKED] + (size_t)i * sizeof volume, sizeof volume);
+        good = good && volume >= -DBL_MAX && volume <= DBL_MAX;
+    }
+    return good;
+}
+
+/* The numbers and the layout of a block that is good; else one sentence about why it is not. */
+SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size, springls__snapshot_state *s, springls__layout *layout)
+{
+    springls__snapshot_head head;
+    const char *fault = NULL;
+    if (size < sizeof head + sizeof *s) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    memcpy(&head, block, sizeof head);
+    memcpy(s, block + sizeof head, sizeof *s);
+    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
+    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER) fault = "of another version or machine";
+    else if (head.size != size) fault = "not as long as it says";
+    else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
+    else fault = springls__numbers_fault(ctx, s);
+    if (!fault) {
+        *layout = springls__layout_of(&ctx->model.grid, s);
+        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block)) fault = "damaged";
+    }
+    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
+}
+
+/* ---- in ---- */
+
+/* Room for all of it; what is there is kept. */
+SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
+{
+    springls__surface *original = &ctx->original;
+    size_t n = (size_t)s->original, kept = (size_t)original->count;
+    int i;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
+    if (s->has_neighbors)
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1, ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+    SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double), (size_t)ctx->locked_count * sizeof(double)));
+    for (i = 0; i < s->attributes; i++) {
+        springls__buffer *values = &ctx->attributes[i].values;
+        size_t row = (size_t)s->attribute[i].channels * sizeof(float);
+        size_t used = i < ctx->attribute_count ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float) : 0;
+        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
+    }
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks), (size_t)ctx->model.reference.slot_count));
+    SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
+    SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
+    return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
+}
+
+/* A grid that had been cleared gets the bricks of a block, in slots of their order. */
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
+{
+    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
+    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2], (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    g->slot_count = SPRINGLS__FIRST_SLOT + count;
+    g->free_count = 0;
+}
+
+/* The rest of what the model's grid keeps of a brick. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < count; i++) {
+        int slot = SPRINGLS__FIRST_SLOT + i;
+        g->active[i] = slot;
+        g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
+        springls__fill(g->omega, slot, -1.0f); /* unknown */
+    }
+    memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
+    g->active_count = count;
+}
+
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
+        if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
+    if (s->has_neighbors && s->count) memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    if (s->locked) memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED], (size_t)s->locked * sizeof(double));
+    springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    for (i = 0; i < s->attributes; i++) {
+        springls__attribute *attribute = &ctx->attributes[i];
+        const springls__attribute_entry *row = &s->attribute[i];
+        memcpy(attribute->name, row->name, sizeof row->name);
+        attribute->channels = row->channels;
+        attribute->split = (springls_policy)row->split;
+        attribute->fill = (springls_policy)row->fill;
+        attribute->merge = (springls_policy)row->merge;
+        if (s->count) memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+    }
+    ctx->attribute_count = s->attributes;
+}
+
+/* The original surface; its hierarchy is built again. */
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    springls__surface *original = &ctx->original;
+    springls__grid_constants(ctx, &ctx->model.reference);
+    ctx->reference_stamp = 0;
+    springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    original->count = original->node_count = 0;
+    original->dipoles = NULL;
+    original->source = NULL;
+    if (s->original == 0) return;
+    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL], (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__surface_finish(ctx, original, s->original);
+    original->given = s->given;
+    if (!s->has_source) return;
+    original->source = (int *)original->source_memory.data;
+    memcpy(original->source, block + layout->at[SPRINGLS__SECTION_SOURCE], (size_t)s->original * sizeof(int));
+}
+
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
+{
+    springls__snapshot_state s;
+    springls__layout layout;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!block) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "restore: the block is NULL");
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
+    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s));
+    springls__drop_step(ctx);
+    springls__host_anew(ctx);
+    ctx->model.params = s.params;
+    springls__model_constants(ctx);
+    springls__snapshot_take(ctx, &s, &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    ctx->model.set.count = s.count;
+    ctx->model.set.at_edges = s.at_edges;
+    ctx->model.set.next_id = s.next_id;
+    ctx->model.set.step = s.step;
+    ctx->time = s.time;
+    ctx->iteration = s.iteration;
+    ctx->stats = s.stats;
+    ctx->locked_count = s.locked;
+    springls__constellation_changed(ctx);
+    ctx->neighbors_age = s.neighbors_age;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>kernel_source  (src/kernel_source.h) =============================================================== */
 /* kernel_source.h - the OpenCL program text, for springls_cl.h and for engines with an OpenCL host of their own.
    kernels_embed/embed.c puts the text in the place of the comment below, one literal a line: no compiler limits the
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 574 \"springls.h\"\n",
+    "#line 586 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -13310,7 +14761,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 1109 \"springls.h\"\n",
+    "#line 1184 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -13374,7 +14825,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1174 \"springls.h\"\n",
+    "#line 1249 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -13517,7 +14968,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1318 \"springls.h\"\n",
+    "#line 1393 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -13584,7 +15035,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1386 \"springls.h\"\n",
+    "#line 1461 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -13848,7 +15299,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1651 \"springls.h\"\n",
+    "#line 1726 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -14096,7 +15547,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1900 \"springls.h\"\n",
+    "#line 1975 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -14227,7 +15678,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2032 \"springls.h\"\n",
+    "#line 2107 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -14337,7 +15788,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2143 \"springls.h\"\n",
+    "#line 2218 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -14399,7 +15850,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2206 \"springls.h\"\n",
+    "#line 2281 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -14607,7 +16058,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2415 \"springls.h\"\n",
+    "#line 2490 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -14771,7 +16222,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2580 \"springls.h\"\n",
+    "#line 2655 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -14797,7 +16248,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2607 \"springls.h\"\n",
+    "#line 2682 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -14866,7 +16317,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2677 \"springls.h\"\n",
+    "#line 2752 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -14917,7 +16368,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2729 \"springls.h\"\n",
+    "#line 2804 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -15091,7 +16542,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2904 \"springls.h\"\n",
+    "#line 2979 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -15213,7 +16664,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3027 \"springls.h\"\n",
+    "#line 3102 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -15353,7 +16804,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3168 \"springls.h\"\n",
+    "#line 3243 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -15763,7 +17214,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3579 \"springls.h\"\n",
+    "#line 3654 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -15861,7 +17312,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3678 \"springls.h\"\n",
+    "#line 3753 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -15964,7 +17415,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3782 \"springls.h\"\n",
+    "#line 3857 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -16170,7 +17621,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 3989 \"springls.h\"\n",
+    "#line 4064 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -16227,7 +17678,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4047 \"springls.h\"\n",
+    "#line 4122 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -16322,7 +17773,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4143 \"springls.h\"\n",
+    "#line 4218 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -16446,7 +17897,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4268 \"springls.h\"\n",
+    "#line 4343 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -16736,7 +18187,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4559 \"springls.h\"\n",
+    "#line 4634 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -16923,7 +18374,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4747 \"springls.h\"\n",
+    "#line 4822 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -17050,7 +18501,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4875 \"springls.h\"\n",
+    "#line 4950 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -17145,7 +18596,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 4971 \"springls.h\"\n",
+    "#line 5046 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -17411,7 +18862,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5238 \"springls.h\"\n",
+    "#line 5313 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -17651,7 +19102,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5479 \"springls.h\"\n",
+    "#line 5554 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -17682,7 +19133,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5511 \"springls.h\"\n",
+    "#line 5586 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -17898,7 +19349,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5728 \"springls.h\"\n",
+    "#line 5803 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -18009,7 +19460,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5840 \"springls.h\"\n",
+    "#line 5915 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -18152,7 +19603,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5984 \"springls.h\"\n",
+    "#line 6059 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -18230,7 +19681,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 18234 \"springls.h\"\n",
+    "#line 19685 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -18648,7 +20099,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 18652 \"springls.h\"\n",
+    "#line 20103 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -18847,7 +20298,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 18851 \"springls.h\"\n",
+    "#line 20302 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
@@ -19000,6 +20451,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
@@ -19031,6 +20483,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
     case SPRINGLS_DEVICE: return "device failure";
+    case SPRINGLS_BAD_SNAPSHOT: return "bad snapshot";
     default: return "unknown status";
     }
 }

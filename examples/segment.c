@@ -153,6 +153,8 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
          "objects: each a label", 0, 0, NULL},
         {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level, at most half the window; 0: a tenth of "
          "the image's range without 0.5 % at each end", 0, 1e9, NULL},
+        {"solid", CLI_FLAG, &set->solid, NULL, "what the object shuts in belongs to it, as marrow to bone: where a ball of three "
+         "voxels does not come from outside", 0, 0, NULL},
         {"pressure", CLI_DOUBLE, &set->pressure, "W", "weight of the pressure of level or window", 0, 10, NULL},
         {"region", CLI_DOUBLE, &set->region, "W", "weight of the region force: towards the side whose mean intensity is "
          "nearer (Chan and Vese)", 0, 10, NULL},

@@ -30,23 +30,14 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
 
 enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls that a callback is asked about at once */
 
-typedef struct springls__advect_job {
-    springls_context *ctx;
-    const springls_forces *forces;
-    springls__force_rule rule;
-    float affine_weight;
-    springls__movers *displacement;
-    struct springls__block_motion *motion; /* one a block */
-} springls__advect_job;
-
 /* What a block's displacements come to. */
 typedef struct springls__block_motion { float largest2; int moving, finite; } springls__block_motion;
 
 /* sigma of eq. 1 at points[0..count). */
-SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls__v3 *points, int count, float time,
+SPRINGLS__FN void springls__flow(const springls__motion *job, const springls__v3 *points, int count, float time,
                                  springls__v3 *out)
 {
-    const springls_forces *forces = job->forces;
+    const springls_forces *forces = &job->forces;
     float buffer[3 * SPRINGLS__ADVECT_BLOCK];
     int i;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -64,10 +55,10 @@ SPRINGLS__FN void springls__flow(const springls__advect_job *job, const springls
 }
 
 /* Adds rho of eq. 1 and motion by curvature: what pushes along the normal. */
-SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls__v3 *points, const springls__v3 *normals,
-                                 int count, float time, springls__v3 *out)
+SPRINGLS__FN void springls__push(const springls__motion *job, const springls__v3 *points, const springls__v3 *normals, int count,
+                                 float time, springls__v3 *out)
 {
-    const springls_forces *forces = job->forces;
+    const springls_forces *forces = &job->forces;
     float buffer[SPRINGLS__ADVECT_BLOCK];
     int i;
     if (forces->pressure) {
@@ -88,7 +79,7 @@ SPRINGLS__FN void springls__push(const springls__advect_job *job, const springls
 }
 
 /* Slopes of all movers of a block: x holds `count` particles, then their q0s, q1s and q2s. */
-SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const springls__v3 *x, const springls__v3 *a, int count,
+SPRINGLS__FN void springls__slopes(const springls__motion *job, const springls__v3 *x, const springls__v3 *a, int count,
                                    float time, springls__v3 *slope)
 {
     springls__v3 normals[SPRINGLS__ADVECT_BLOCK];
@@ -109,8 +100,8 @@ SPRINGLS__FN void springls__slopes(const springls__advect_job *job, const spring
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
-    if (!job->forces->affine) return;
-    job->forces->affine(job->forces->user, &x[0].x, &a[0].x, count, time, affine);
+    if (!job->forces.affine) return;
+    job->forces.affine(job->forces.user, &x[0].x, &a[0].x, count, time, affine);
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
@@ -139,7 +130,7 @@ SPRINGLS__FN springls__block_motion springls__block_motion_of(const springls__mo
     return motion;
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int first, int count)
+SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first, int count)
 {
     enum { N = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK };
     springls__v3 x[N], stage[N], k1[N], k2[N], k3[N], k4[N];
@@ -152,7 +143,7 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
     springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
-    if (job->forces->integrator == SPRINGLS_EULER) {
+    if (job->forces.integrator == SPRINGLS_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
@@ -172,7 +163,7 @@ SPRINGLS__FN void springls__advect_block(const springls__advect_job *job, int fi
                                           springls__springl_normal(s[i])))
             memset(d, 0, SPRINGLS__MOVERS * sizeof *d);
     }
-    job->motion[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
+    job->blocks[first / SPRINGLS__ADVECT_BLOCK] = springls__block_motion_of(job->displacement + first, count);
 }
 
 SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
@@ -183,68 +174,78 @@ SPRINGLS__FN int springls__advect_blocks(const springls_context *ctx)
 /* Of blocks: callbacks see the same batches for any division. */
 SPRINGLS__FN void springls__advect_task(void *arg, int begin, int end)
 {
-    const springls__advect_job *job = (const springls__advect_job *)arg;
+    const springls__motion *job = (const springls__motion *)arg;
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
         springls__advect_block(job, first, springls__imin(SPRINGLS__ADVECT_BLOCK, job->ctx->model.set.count - first));
     }
 }
 
-SPRINGLS__FN springls_status springls__advect_prepare(springls_context *ctx, const springls_forces *forces, float time, float dt,
-                                                      springls__advect_job *job)
+/* The context's motion: what `forces` do from `time` on in a time of dt. */
+SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    float spread = ctx->model.params.half_time_sampling ? 0.5f * dt : dt;
+    springls__motion *job = &ctx->motion;
     memset(job, 0, sizeof *job);
-    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
-    if (!(dt > -FLT_MAX && dt < FLT_MAX)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     job->ctx = ctx;
-    job->forces = forces;
+    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    job->forces = *forces;
     job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->rule.dt = dt;
-    job->rule.stage_time[0] = time;
-    job->rule.stage_time[1] = job->rule.stage_time[2] = time + 0.5f * spread;
-    job->rule.stage_time[3] = time + spread;
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity));
     job->rule.euler = forces->integrator == SPRINGLS_EULER;
     job->rule.curvature_weight = forces->curvature_weight;
-    return springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement);
+    job->time = time;
+    job->dt = dt;
+    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &job->rule.pressure));
+    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &job->rule.velocity);
 }
 
-/* The largest particle displacement, or a negative number when any point's is not finite. */
-SPRINGLS__FN float springls__largest_displacement(const springls__advect_job *job, int *moving)
+SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 {
-    float largest2 = 0.0f;
-    int i;
-    *moving = 0;
-    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
-        if (!job->motion[i].finite) return -1.0f;
-        largest2 = springls__max(largest2, job->motion[i].largest2);
-        *moving += job->motion[i].moving;
-    }
-    return springls__sqrt(largest2);
+    float spread = job->ctx->model.params.half_time_sampling ? 0.5f * job->dt : job->dt;
+    if (!(job->dt > -FLT_MAX && job->dt < FLT_MAX))
+        return springls__fail(job->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+    job->rule.dt = job->dt;
+    job->rule.stage_time[0] = job->time;
+    job->rule.stage_time[1] = job->rule.stage_time[2] = job->time + 0.5f * spread;
+    job->rule.stage_time[3] = job->time + spread;
+    job->rule.stop_at_topology = job->stop_at_topology;
+    return SPRINGLS_OK;
 }
 
-/* Displacements by the host's threads, which callbacks want. */
-SPRINGLS__FN springls_status springls__displace_here(springls__advect_job *job, float *moved, int *moving)
+/* Displacements by the host's threads, which callbacks want. Ends with a loop. */
+SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
                                                                                      : 0;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->motion, (void **)&job->motion));
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)springls__advect_blocks(ctx), sizeof *job->blocks, (void **)&job->blocks));
     SPRINGLS__TRY(
         springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | grid, SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(SCRATCH1)));
-    springls__parallel(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
-    *moved = springls__largest_displacement(job, moving);
+    springls__loop_task(ctx, springls__advect_blocks(ctx), 1, springls__advect_task, job);
     return SPRINGLS_OK;
 }
 
-/* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_knows(springls__advect_job *job)
+/* After that: the largest particle displacement, or a negative number when any point's is not finite. */
+SPRINGLS__FN void springls__displaced(springls__motion *job)
 {
-    const springls_forces *forces = job->forces;
+    float largest2 = 0.0f;
+    bool finite = true;
+    int i;
+    if (!job->blocks) return; /* the device has told */
+    job->moving = 0;
+    for (i = 0; i < springls__advect_blocks(job->ctx); i++) {
+        finite = finite && job->blocks[i].finite;
+        largest2 = springls__max(largest2, job->blocks[i].largest2);
+        job->moving += job->blocks[i].moving;
+    }
+    job->moved = finite ? springls__sqrt(largest2) : -1.0f;
+}
+
+/* Can the device take these forces by itself? */
+SPRINGLS__FN bool springls__device_knows(springls__motion *job)
+{
+    const springls_forces *forces = &job->forces;
     float *n = job->rule.flow_numbers;
     if (forces->pressure || forces->affine) return false;
     job->rule.flow = SPRINGLS__FLOW_NONE;
@@ -283,51 +284,60 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_there(springls__advect_job *job, float *moved, int *moving)
+SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(float), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces->pressure_grid, &job->rule.pressure));
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &job->forces.pressure_grid, &job->rule.pressure));
     SPRINGLS__TRY(
-        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces->velocity_grid, &job->rule.velocity));
+        springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &job->forces.velocity_grid, &job->rule.velocity));
     SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &job->rule, sizeof job->rule));
     if (job->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
-            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces->user, ctx->backend->user_bytes));
+            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], job->forces.user, ctx->backend->user_bytes));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, springls__no_job()));
-    *moved = springls__sqrt(springls__largest(ctx, 1, count));
-    *moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
-    if (!(*moved < 1e9f)) *moved = -1.0f;
+    job->moved = springls__sqrt(springls__largest(ctx, 1, count));
+    job->moving = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, 1);
+    if (!(job->moved < 1e9f)) job->moved = -1.0f;
     return ctx->backend_status;
 }
 
-SPRINGLS__FN springls_status springls__displace(springls__advect_job *job, float *moved, int *moving)
+/* Ends with a loop, after which springls__displaced is to be called. */
+SPRINGLS__FN springls_status springls__displace(springls__motion *job)
 {
-    if (job->ctx->on_device && springls__device_knows(job))
-        SPRINGLS__TRY_THERE(job->ctx, springls__displace_there(job, moved, moving));
-    return springls__displace_here(job, moved, moving);
+    springls_context *ctx = job->ctx;
+    SPRINGLS__TRY(springls__motion_times(job));
+    SPRINGLS__TRY(
+        springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
+    job->blocks = NULL;
+    if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
+    return springls__displace_here(job);
 }
 
-/* Moves all springls by dt, unless a particle would go further than `most` (0: any way is allowed): then nothing moves.
-   *moved: how far the fastest one goes. */
-SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const springls_forces *forces, float time, float dt,
-                                              bool stop_at_topology, float most, float *moved)
+/* Moves all springls as the context's motion says. A particle that would go further than `most` (0: any way is allowed) has
+   everything tried again with a shorter dt, a little shorter than would do if the force were even; at last any way is allowed. */
+SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
-    springls__advect_job job;
-    int moving;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__advect_prepare(ctx, forces, time, dt, &job));
-    job.rule.stop_at_topology = stop_at_topology;
-    SPRINGLS__TRY(springls__displace(&job, moved, &moving));
-    if (*moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)time);
-    if (most > 0.0f && *moved > most) return SPRINGLS_OK;
-    springls__run(ctx, SPRINGLS__KERNEL_move, ctx->model.set.count, springls__no_job());
-    ctx->stats.moved = *moved;
-    ctx->stats.moving = ctx->model.set.count ? (float)moving / (float)ctx->model.set.count : 0.0f;
+    enum { TRIES = 40 };
+    springls__motion *job = &ctx->motion;
+    int count = ctx->model.set.count;
+    if (ctx->work.part == 0) {
+        SPRINGLS__TRY(springls__displace(job));
+        return springls__then(ctx, 1);
+    }
+    springls__displaced(job);
+    if (job->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
+    if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
+        job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
+        return springls__then(ctx, 0);
+    }
+    springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
+    ctx->stats.moved = job->moved;
+    ctx->stats.moving = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -335,32 +345,35 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx, const sprin
 
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
-    springls_status status;
-    double started;
-    float moved;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    status = springls__advect(ctx, forces, time, dt, false, 0.0f, &moved);
-    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    return springls__told(ctx, status);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
+    return springls__staged(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
+}
+
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+{
+    springls__motion *job = &ctx->motion;
+    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
+    job->forces.integrator = SPRINGLS_EULER;
+    job->rule.euler = 1;
+    springls__use_device(ctx);
+    SPRINGLS__TRY(springls__told(ctx, springls__displace(job)));
+    springls__finish_loop(ctx);
+    springls__displaced(job);
+    if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    *speed = job->moved;
+    return SPRINGLS_OK;
 }
 
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
-    springls__advect_job job;
-    springls_forces euler;
-    int moving;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    euler = *forces;
-    euler.integrator = SPRINGLS_EULER;
-    springls__use_device(ctx);
-    SPRINGLS__TRY(springls__advect_prepare(ctx, &euler, time, 1.0f, &job));
-    SPRINGLS__TRY(springls__told(ctx, springls__displace(&job, speed, &moving)));
-    if (*speed < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
-    return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    return springls__max_speed(ctx, forces, time, speed);
 }
 
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)

@@ -55,7 +55,8 @@ typedef enum springls_status {
     SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
                                        ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
                                        the model could not be brought back: then it is empty                             */
-    SPRINGLS_CANCELLED = -6         /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
+    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid; the model is as it was            */
 } springls_status;
 
 /* A constant English phrase for any status; never NULL. */
@@ -310,11 +311,45 @@ typedef struct springls_step_desc {
    the sub-step that the force failed in. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
+/* The same step in as many calls as you like, for a budget a frame: springls_step is the two of them without a limit, and the
+   bits are the same however a step is cut. _begin checks and notes; *step and *step->forces are copied, but what the forces
+   point to (user, data) is borrowed until the step is done, and callbacks come in _continue only.
+   _continue works for about `seconds` by trace.now (without it: see springls_trace; C's processor time counts all threads
+   together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
+   fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
+   A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
+   Between the calls the model is on its way: counts, views, ids, sample_*, inside, closest, raycast, surfels and the soup
+   tell what is there now, springls that have moved and a level set that may not have followed yet (in SPRINGLS_ELASTIC steps
+   it may be half made). springls_set_*, _reset and _restore drop the step with the model. Every other call that changes the
+   model, or wants it whole (a stage, a step, parameters, time, mask, reference, max_speed, meshes, chunks, measures, snapshots),
+   ends the step first, however long that takes, and returns its failure if it has one. */
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
+SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
+
 /* `steps` steps with progress reports. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
 SPRINGLS_API double springls_time(const springls_context *ctx);
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
+
+/* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
+
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
+   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
+   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+typedef enum springls_snapshot_kind {
+    SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
+                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+                               this context, or one that a block with all has been restored to                 */
+} springls_snapshot_kind;
+
+/* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+
+/* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
 
 /* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
 
@@ -356,6 +391,35 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
+
+/* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
+   chunks meet each has its vertices, with the same bits, so that together they are watertight. */
+typedef struct springls_chunk {
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
+    float *positions;        /* 3 a vertex, world                                                               */
+    float *normals;          /* 3 a vertex, unit, outward                                                       */
+    float *correspondences;  /* 3 a vertex, world; NULL without desc.material                                   */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX: none within a voxel; NULL likewise */
+    uint16_t *triangles;     /* 3 a triangle, numbers of the chunk's vertices, counter-clockwise seen from outside */
+} springls_chunk;
+
+typedef struct springls_chunks_desc {
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
+                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
+                        all chunks change in every step                                                         */
+    bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
+} springls_chunks_desc;
+
+/* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
+typedef struct springls_chunks springls_chunks;
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
+
+/* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
+   all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
+   within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
 
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);

@@ -3,14 +3,14 @@
    contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a function of the
    correspondence, on the same side of the surface. All that can fail is done before anything changes. */
 
-SPRINGLS__FN float *springls__row(const springls__attribute *attribute, int i)
+SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute, int i)
 {
     return (float *)attribute->values.data + (size_t)i * (size_t)attribute->channels;
 }
 
 SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
 {
-    if (to != from) memcpy(springls__row(attribute, to), springls__row(attribute, from), (size_t)attribute->channels * sizeof(float));
+    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), (size_t)attribute->channels * sizeof(float));
 }
 
 SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
@@ -19,7 +19,7 @@ SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, sprin
     return springls__buffer_grow(ctx, &attribute->values, (size_t)springls__imax(rows, 1), row, (size_t)keep * row);
 }
 
-SPRINGLS__FN springls_status springls__work(springls_context *ctx, int which, size_t count, size_t element)
+SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int which, size_t count, size_t element)
 {
     return springls__buffer_grow(ctx, &ctx->attribute_memory[which], count ? count : 1, element, 0);
 }
@@ -182,7 +182,7 @@ SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, c
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
     for (i = 0; i < donors->count; i++)
-        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__row(attribute, donors->index[i])[c];
+        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
 }
 
 /* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
@@ -191,7 +191,7 @@ SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, c
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (donors->count == 0) memset(out, 0, bytes);
     else if (blend) springls__donors_blend(attribute, donors, out);
-    else memcpy(out, springls__row(attribute, donors->index[0]), bytes);
+    else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
 }
 
 /* ---- split ---- */
@@ -210,8 +210,8 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
     if (!blended) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__OLD_PLACES, count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__NEW_VALUES, 2 * (size_t)splits * blended, sizeof(float)));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A), 0));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     memcpy(ctx->attribute_memory[SPRINGLS__OLD_PLACES].data, ctx->model.set.a, count * sizeof(springls__v3));
@@ -266,7 +266,7 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
         int child = job->search.known + begin, other = springls__other_half(job, child), at = 0;
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *first = springls__row(attribute, other), *second = springls__row(attribute, child);
+            float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
             for (c = 0; c < attribute->channels; c++) {
                 if (attribute->split == SPRINGLS_BLEND) first[c] = in[at + c];
                 if (attribute->split == SPRINGLS_SHARE) first[c] *= 0.5f;
@@ -304,7 +304,7 @@ SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
         springls__donors donors = springls__donors_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
-            float *row = springls__row(attribute, child);
+            float *row = springls__attribute_row(attribute, child);
             if (attribute->fill == SPRINGLS_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
             else springls__donors_value(attribute, &donors, attribute->fill == SPRINGLS_BLEND, row);
         }
@@ -393,7 +393,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
-    SPRINGLS__TRY(springls__work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     job.ctx = ctx;
     job.fate = (const uint8_t *)ctx->model.scratch[1];
@@ -405,7 +405,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
 /* To row `heir` comes what row `gone` had: `share` of it, and as much less of its own where a mean is asked for. */
 SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int heir, int gone, float share)
 {
-    float *to = springls__row(attribute, heir), *from = springls__row(attribute, gone);
+    float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
     int c;
     for (c = 0; c < attribute->channels; c++) to[c] = attribute->merge == SPRINGLS_SHARE ? to[c] + from[c] : to[c] + share * (from[c] - to[c]);
 }
@@ -491,6 +491,7 @@ SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const
     springls__attribute *attribute;
     if (index) *index = -1;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__check_attribute(ctx, desc));
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)desc->channels, "add_attribute"));
     attribute = &ctx->attributes[ctx->attribute_count];
@@ -510,6 +511,7 @@ SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, in
 {
     springls__attribute *attribute;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "remove_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     springls__buffer_free(ctx, &attribute->values);
@@ -548,6 +550,7 @@ SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int i
 {
     springls__attribute *attribute;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "set_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));

@@ -126,6 +126,19 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
     }
 }
 
+/* Memory for n triangles; the first `keep` and their nodes stay. */
+SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
+{
+    size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
+    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 3 * keep * sizeof(springls__v3));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
+    surface->points = (springls__v3 *)surface->points_memory.data;
+    surface->order = (int *)surface->order_memory.data;
+    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
+    return status;
+}
+
 /* Makes room for count triangles; the caller writes surface->points (3 a triangle), then calls springls__surface_finish.
    On failure the surface is empty and can be freed. */
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
@@ -134,13 +147,7 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     surface->count = surface->given = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), 0));
-    surface->points = (springls__v3 *)surface->points_memory.data;
-    surface->order = (int *)surface->order_memory.data;
-    surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
-    return SPRINGLS_OK;
+    return springls__surface_room(ctx, surface, n, 0);
 }
 
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)

@@ -142,7 +142,7 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
 {
     ctx->on_device = false;
-    springls__forget_work(ctx);
+    if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
     return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
                                                  writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
 }

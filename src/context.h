@@ -99,6 +99,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: out of range: %s", fault);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
@@ -130,6 +131,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
     case SPRINGLS_DEVICE: return "device failure";
+    case SPRINGLS_BAD_SNAPSHOT: return "bad snapshot";
     default: return "unknown status";
     }
 }

@@ -2,21 +2,9 @@
 
 /* phi_n: to be taken when the level set has caught up with the springls. In Algorithm 2 that is before they move: after
    a step as long as d_max a good springl is further from the old zero level than contract allows. */
-SPRINGLS__FN void springls__sample_phi(springls_context *ctx)
+SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, springls__no_job());
-}
-
-SPRINGLS__FN springls_status springls__merge(springls_context *ctx)
-{
-    int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cells_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-    do {
-        springls__run(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-    } while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0);
     return SPRINGLS_OK;
 }
 
@@ -24,29 +12,48 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__job job = springls__no_job();
     int count = ctx->model.set.count;
-    if (count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
-    if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
-    job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
-    job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
-    springls__run(ctx, SPRINGLS__KERNEL_contract, count, job);
-    springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
-    ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
-    springls__constellation_changed(ctx);
-    if (ctx->model.params.merge_distance > 0.0f) SPRINGLS__TRY(springls__merge(ctx));
-    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
-    SPRINGLS__TRY(springls__constellation_compact(ctx));
-    springls__attributes_after_removal(ctx, count);
-    ctx->stats.removed += count - ctx->model.set.count;
-    springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
+    switch (ctx->work.part) {
+    case 0:
+        if (count == 0) return SPRINGLS_OK;
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
+        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
+        job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
+        job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
+        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
+        return springls__then(ctx, 1);
+    case 1:
+        springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
+        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
+        springls__constellation_changed(ctx);
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__then(ctx, 4);
+        SPRINGLS__TRY(springls__cells_build(ctx));
+        SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
+        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
+        return springls__then(ctx, 2);
+    case 2:
+        springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
+        return springls__then(ctx, 3);
+    case 3:
+        springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
+        return springls__then(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+    default:
+        SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+        SPRINGLS__TRY(springls__constellation_compact(ctx));
+        springls__attributes_after_removal(ctx, count);
+        ctx->stats.removed += count - ctx->model.set.count;
+        springls__constellation_changed(ctx);
+        return SPRINGLS_OK;
+    }
+}
+
+/* By phi as it is. */
+SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__sample_phi(ctx));
+    return springls__then_stage(ctx, springls__contract);
 }
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
-    if (ctx) {
-        springls__use_device(ctx);
-        springls__sample_phi(ctx);
-    }
-    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract);
+    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
 }

@@ -9,11 +9,18 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__omega_build(ctx));
-    springls__run(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-    springls__commit_phi(ctx, 1);
-    springls__phi_in_step(ctx);
-    return SPRINGLS_OK;
+    switch (ctx->work.part) {
+    case 0:
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 2);
+    default:
+        springls__commit_phi(ctx, 1);
+        springls__phi_in_step(ctx);
+        return SPRINGLS_OK;
+    }
 }
 
 SPRINGLS_API springls_status springls_evolve(springls_context *ctx)

@@ -1,15 +1,22 @@
 /* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). Where a sheet is thin the zero level
    comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
 
-SPRINGLS__FN springls_status springls__fill_from_springls(springls_context *ctx)
+/* Where they are wanted. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_holes(springls_context *ctx)
 {
-    int count = ctx->model.set.count, wanted = 0, room;
+    int count = ctx->model.set.count;
     SPRINGLS__TRY(springls__cells_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)count, sizeof(uint32_t), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    springls__loop(ctx, SPRINGLS__KERNEL_seed, count, springls__no_job());
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__plant(springls_context *ctx)
+{
+    int count = ctx->model.set.count, wanted = 0, room;
     while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, SPRINGLS__UNDECIDED) > 0) {
         springls__run(ctx, SPRINGLS__KERNEL_seed_choose, count, springls__no_job());
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH2, SPRINGLS__ARRAY_SCRATCH3);

@@ -1,17 +1,24 @@
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
-/* Springls for the bare triangles of the zero level: see springls__is_exposed. */
-SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx, float covered, float on_sheets)
+/* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx, float covered, float on_sheets)
 {
     springls__job job = springls__no_job();
-    int bricks, wanted = 0, room;
+    int bricks;
     SPRINGLS__TRY(springls__cells_build(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
     job.f[0] = covered;
     job.f[1] = on_sheets;
-    springls__run(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    springls__loop(ctx, SPRINGLS__KERNEL_exposure, bricks, job);
+    return SPRINGLS_OK;
+}
+
+/* ... get springls. */
+SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+{
+    int bricks = ctx->model.grid.active_count, wanted = 0, room;
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &wanted));
     room = springls__imin(wanted, springls__imax(ctx->desc.max_springls - ctx->model.set.count, 0));
     ctx->stats.refused += wanted - room;
@@ -21,32 +28,43 @@ SPRINGLS__FN springls_status springls__fill_from_level_set(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__add_springls(springls_context *ctx)
+/* The new springls, behind `first` others, take their place among them. */
+SPRINGLS__FN void springls__adopt(springls_context *ctx, int first)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
-    const float d_max = ctx->model.params.d_max;
-    const bool springls_first = ctx->model.params.fill_from_springls != 0;
+    int added = ctx->model.set.count - first;
     double started;
-    int first, added;
-    if (springls_first) SPRINGLS__TRY(springls__fill_from_springls(ctx));
-    first = ctx->model.set.count;
-    SPRINGLS__TRY(springls_first ? springls__fill_from_level_set(ctx, springls__max(covered, d_max), on_sheets)
-                                 : springls__fill_from_level_set(ctx, d_max, d_max));
-    added = ctx->model.set.count - first;
-    if (added == 0) return SPRINGLS_OK;
+    if (added == 0) return;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
     springls__run(ctx, SPRINGLS__KERNEL_adopt, added, springls__job_of(first)); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
-    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
-    int known = ctx->model.set.count;
-    springls_status status = springls__add_springls(ctx), follow = springls__attributes_after_fill(ctx, known);
-    return status != SPRINGLS_OK ? status : follow;
+    const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
+    const float d_max = ctx->model.params.d_max;
+    const int count = ctx->model.set.count;
+    const bool springls_first = ctx->model.params.fill_from_springls != 0;
+    switch (ctx->work.part) {
+    case 0:
+        if (!springls_first) return springls__then(ctx, 2);
+        SPRINGLS__TRY(springls__find_holes(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__plant(ctx));
+        SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
+        return springls__then(ctx, 2);
+    case 2:
+        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+                                          springls_first ? on_sheets : d_max));
+        return springls__then(ctx, 3);
+    default:
+        SPRINGLS__TRY(springls__cover(ctx));
+        springls__adopt(ctx, count);
+        return springls__attributes_after_fill(ctx, count);
+    }
 }
 
 SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)

@@ -32,32 +32,46 @@ SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int s
     return SPRINGLS_OK;
 }
 
-/* Everything of a grid outside: keeps memory. */
-SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+/* The constant bricks of a grid, far outside and far inside. */
+SPRINGLS__FN void springls__grid_constants(const springls_context *ctx, springls__grid *g)
 {
-    size_t i, bricks = springls__brick_count(g);
     g->far_value = ctx->model.params.band_half_width + 1.0f;
-    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
-    g->active_count = g->free_count = 0;
-    g->slot_count = SPRINGLS__FIRST_SLOT;
     springls__fill(g->phi, SPRINGLS__OUTSIDE, g->far_value);
     springls__fill(g->phi, SPRINGLS__INSIDE, -g->far_value);
 }
 
-/* The model and its reference are empty. */
-SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+/* ... and what the model's grid has besides. */
+SPRINGLS__FN void springls__model_constants(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int slot;
-    springls__host_anew(ctx);
-    springls__grid_clear(ctx, &ctx->model.reference);
-    springls__grid_clear(ctx, g);
+    springls__grid_constants(ctx, g);
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
         springls__fill(g->omega, slot, ctx->model.params.capture);
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
+}
+
+/* Everything of a grid outside: keeps memory. */
+SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    g->active_count = g->free_count = 0;
+    g->slot_count = SPRINGLS__FIRST_SLOT;
+    springls__grid_constants(ctx, g);
+}
+
+/* The model and its reference are empty. */
+SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
+{
+    springls__host_anew(ctx);
+    springls__grid_clear(ctx, &ctx->model.reference);
+    springls__grid_clear(ctx, &ctx->model.grid);
+    springls__model_constants(ctx);
+    ctx->reference_stamp = 0;
 }
 
 SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)

@@ -93,6 +93,62 @@ struct springls_backend {
     springls_status (*settle_regions)(springls_context *ctx);
 };
 
+typedef springls_status (*springls__stage_fn)(springls_context *ctx);
+
+/* A run of a kernel here. */
+typedef struct springls__range_job { const springls_context *ctx; const struct springls__kernel_facts *kernel; springls__job job; } springls__range_job;
+
+/* A loop that is run in pieces; pace: seconds that an element of the last one took. */
+typedef struct springls__pieces {
+    springls_task task;
+    void *arg;
+    int next, count, grain;
+    double pace;
+    springls__range_job kernel;
+} springls__pieces;
+
+/* The stage at work, and how far it has come (parts.h). */
+typedef struct springls__work {
+    springls__stage_fn stage;
+    int part, turn;         /* the next part; how often one has been done again                                 */
+    bool more;
+    float number;           /* what parts tell each other                                                       */
+    springls__pieces loop;
+} springls__work;
+
+/* What advect is to do, does and has done. */
+typedef struct springls__motion {
+    springls_context *ctx;
+    springls_forces forces;
+    bool stop_at_topology;
+    float time, dt, most;   /* most: the way that no particle goes beyond, voxels; 0: any                       */
+    int tries;
+    springls__force_rule rule;
+    float affine_weight;
+    springls__movers *displacement;
+    struct springls__block_motion *blocks;
+    float moved;            /* how far the fastest goes; negative: not finite                                   */
+    int moving;
+} springls__motion;
+
+/* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
+typedef struct springls__row { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__row;
+
+/* The step in progress (step.h). */
+typedef struct springls__stepping {
+    const springls__row *row; /* the next one                                                            */
+    double seconds;         /* that the stage at work has taken so far                                          */
+    bool active;
+    int stage;              /* at work, or -1                                                                   */
+    springls_step_desc desc;
+    springls_forces forces;
+    double end;             /* time when the step will be over                                                  */
+    float left, part;       /* of dt: to come, and of that as much as the force may permit at once              */
+    int parts;
+    bool resample, afresh;  /* this sub-step resamples; phi is made afresh of the springls                      */
+    int iterations;         /* of evolve and rebuild, to come                                                   */
+} springls__stepping;
+
 struct springls_context {
     springls_desc desc;     /* as given, allocator and max_springls resolved, params NULL                                  */
     double to_world[12];    /* row-major 3x4, voxel -> world                                                    */
@@ -101,6 +157,7 @@ struct springls_context {
     springls__model model;
     springls__buffer memory[SPRINGLS__ARRAY_COUNT]; /* of the model's arrays, grown and kept                    */
     springls__surface original;
+    uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the springls themselves, for closest and ray queries                   */
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* behind the last: memory for the next             */
     int attribute_count;
@@ -117,6 +174,9 @@ struct springls_context {
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
+    springls__work work;
+    springls__motion motion;
+    springls__stepping step;
     bool cells_fresh, omega_fresh, model_fresh; /* false after anything that moves springls                     */
     size_t memory_used;
     char error[256];

@@ -110,6 +110,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
     memset(out, 0, sizeof *out);
+    SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     status = springls__told(ctx, springls__dressed_isosurface(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */

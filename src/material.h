@@ -151,7 +151,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
         int *inner;
-        SPRINGLS__TRY(springls__work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
+        SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
         inner = (int *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
         for (i = 0; i < given; i++) inner[i] = -1;
         for (i = 0; i < ctx->original.count; i++) inner[ctx->original.source[i] / 2] = i;

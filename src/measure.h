@@ -9,6 +9,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (out) memset(out, 0, sizeof *out);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;

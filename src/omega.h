@@ -36,7 +36,7 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
     return SPRINGLS_OK;
 }
 
-/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. */
+/* omega where it is unknown: everywhere after springls have moved, else in the bricks that the band has reached since. Ends with a loop. */
 SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -44,7 +44,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
         SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
-        springls__run(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
+        springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
     return SPRINGLS_OK;

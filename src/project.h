@@ -24,26 +24,39 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
+    const int sweeps = 2;
     springls__job job = springls__job_of(carry);
-    int bricks, springls = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cells_cover_around(ctx));
-    bricks = ctx->model.grid.active_count;
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, NULL));
-    SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)springls, sizeof(springls__oriented), NULL));
-    SPRINGLS__TRY(springls__way_since_phi(ctx, &job.f[0]));
-    springls__run(ctx, SPRINGLS__KERNEL_oriented, springls, springls__no_job());
-    springls__run(ctx, SPRINGLS__KERNEL_project, bricks, job);
-    if (carry) {
-        springls__settle(ctx);
-        springls__phi_in_step(ctx);
-    }
-    springls__commit_phi(ctx, carry ? 1 + (int)springls__min(job.f[0], ctx->model.grid.far_value) : 1);
-    if (carry && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE) {
-        springls__run(ctx, SPRINGLS__KERNEL_specks, bricks, springls__no_job());
+    float *way = &ctx->work.number;
+    switch (ctx->work.part) {
+    case 0:
+        SPRINGLS__TRY(springls__cells_cover_around(ctx));
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
+        SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
+        SPRINGLS__TRY(springls__way_since_phi(ctx, way));
+        springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
+        job.f[0] = *way;
+        springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
+        return springls__then(ctx, 1);
+    case 1:
+        if (carry) {
+            springls__settle(ctx);
+            springls__phi_in_step(ctx);
+        }
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__then(ctx, 3);
+        springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 2);
+    case 2:
         springls__swap_phi(ctx);
+        return springls__then(ctx, 3);
+    case 3:
+        springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
+        return springls__then(ctx, 4);
+    default:
+        springls__swap_phi(ctx);
+        if (++ctx->work.turn < sweeps) return springls__then(ctx, 3);
+        return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
-    springls__redistance_sweeps(ctx, 2);
-    return carry ? springls__band_move(ctx) : SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__carry_level_set(springls_context *ctx) { return springls__project(ctx, true); }

@@ -2,17 +2,20 @@
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
-    void *next;
-    int iteration;
-    if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__neighbors_build(ctx));
-    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), &next));
-    for (iteration = 0; iteration < ctx->model.params.relax_iterations; iteration++) {
-        springls__run(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
+    switch (ctx->work.part) {
+    case 0:
+        if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
+        SPRINGLS__TRY(springls__neighbors_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
+        springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
+        return springls__then(ctx, 2);
+    default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
+        springls__constellation_moved(ctx);
+        return ++ctx->work.turn < ctx->model.params.relax_iterations ? springls__then(ctx, 1) : SPRINGLS_OK;
     }
-    springls__constellation_moved(ctx);
-    return SPRINGLS_OK;
 }
 
 /* Flipped triangles are turned round (section 4.3.1). */

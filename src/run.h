@@ -16,8 +16,6 @@ static const springls__kernel_facts springls__kernels[] = {
 #undef SPRINGLS__BRICK_FACTS
 };
 
-typedef struct springls__range_job { const springls_context *ctx; const springls__kernel_facts *kernel; springls__job job; } springls__range_job;
-
 SPRINGLS__FN void springls__range_task(void *arg, int begin, int end)
 {
     const springls__range_job *run = (const springls__range_job *)arg;
@@ -30,15 +28,19 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
     return ctx->backend->run(ctx, (int)kernel, count, job);
 }
 
-/* What the device cannot do is done here. */
+/* Has the device done it? What it cannot do is done here. */
+SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    if (!ctx->on_device) return false;
+    if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return true;
+    springls__leave_backend(ctx);
+    return false;
+}
+
 SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
 {
     springls__range_job run;
-    if (count <= 0 || ctx->lost) return;
-    if (ctx->on_device) {
-        if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return;
-        springls__leave_backend(ctx);
-    }
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
     if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
     run.ctx = ctx;
     run.kernel = &springls__kernels[kernel];

@@ -10,6 +10,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 /* Empty model, empty grid. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
+    springls__drop_step(ctx);
     ctx->model.set.count = ctx->model.set.at_edges = 0;
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
@@ -31,6 +32,7 @@ SPRINGLS__FN springls_status springls__clear_on_failure(springls_context *ctx, s
 SPRINGLS__FN springls_status springls__adopt_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__reference_copy(ctx));
     return springls__surface_build(ctx, &ctx->original, ctx->model.set.s, ctx->model.set.count);
 }
@@ -326,7 +328,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     springls__clear_model(ctx);
     status = springls__set_from_distance(ctx, springls__implicit_distance, &job);
     if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
-        status = springls__rebuild(ctx);
+        status = springls__whole(ctx, springls__rebuild);
         springls__redistance_sweeps(ctx, 8);
     }
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
@@ -403,6 +405,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference: there are no springls");
     SPRINGLS__TRY(springls__adopt_reference(ctx));
@@ -414,6 +417,7 @@ SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, cons
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     for (i = 0; i < ctx->model.set.count; i++) ctx->model.set.mask[i] = mask && mask[i] ? 1 : 0;
     return SPRINGLS_OK;
@@ -440,10 +444,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
-    if (status == SPRINGLS_OK) status = springls__unsigned_to_signed(ctx);
+    if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__unsigned_to_signed);
     for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
-        status = springls__evolve(ctx);
-        if (status == SPRINGLS_OK) status = springls__rebuild(ctx);
+        status = springls__whole(ctx, springls__evolve);
+        if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__rebuild);
     }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)

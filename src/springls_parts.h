@@ -52,6 +52,7 @@
 #include "coherence.h"
 #include "run.h"
 #include "stage.h"
+#include "parts.h"
 #include "constellation.h"
 #include "grid.h"
 #include "cells.h"
@@ -92,6 +93,8 @@
 #include "isosurface.h"
 #include "remodel.h"
 #include "measure.h"
+#include "chunks.h"
+#include "snapshot.h"
 #include "kernel_source.h"
 
 #include "context.h"

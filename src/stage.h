@@ -30,22 +30,6 @@ SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stag
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
 }
 
-/* Runs one stage under its clock: the body of every public stage call. */
-SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage,
-                                              springls_status (*run)(springls_context *))
-{
-    springls_status status;
-    double started;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    started = springls__stage_begin(ctx, stage);
-    springls__use_device(ctx);
-    ctx->calls++;
-    status = run(ctx);
-    ctx->calls--;
-    springls__stage_end(ctx, stage, started);
-    return springls__told(ctx, status);
-}
-
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 {
     static const char *const names[SPRINGLS_STAGE_COUNT] = { "advect", "relax", "contract", "resample", "evolve", "rebuild",

@@ -1,159 +1,338 @@
-/* step.h - Algorithms 2 and 3. */
+/* step.h - Algorithms 2 and 3: tables of stages, which a step goes through row by row for each of its sub-steps. It can be left
+   between any two parts of a stage (parts.h) and gone on with later: what is not in the model then is in ctx->step. */
 
-SPRINGLS__FN springls_status springls__evolve_and_rebuild(springls_context *ctx)
+/* ---- what the rows ask ---- */
+
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
 {
-    SPRINGLS__TRY(springls_evolve(ctx));
-    return springls_rebuild(ctx);
+    return iteration % ctx->model.params.resample_period == 0;
 }
 
-/* The level set catches up with the springls: carried along by them or, where it has just been made afresh of them, by eq. 23,
-   which closes what gaps between springls have left open. */
-SPRINGLS__FN springls_status springls__follow(springls_context *ctx, bool afresh)
+/* Volumes are to be locked, and nobody knows them yet. */
+SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 {
-    const int enough = 3;
-    bool carry = ctx->model.params.predict && !afresh;
-    int iterations = ctx->model.params.predict && afresh ? springls__imax(ctx->model.params.evolve_iterations, enough) : ctx->model.params.evolve_iterations, z;
-    if (ctx->model.params.keep_edges && ctx->model.set.at_edges > 0)
-        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_KEEP_EDGES, springls__keep_edges));
-    if (carry) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__carry_level_set));
-    for (z = 0; z < iterations; z++) SPRINGLS__TRY(springls__evolve_and_rebuild(ctx));
-    if (!ctx->model.params.project_level_set || (carry && iterations == 0)) return SPRINGLS_OK;
-    return springls__staged(ctx, SPRINGLS_STAGE_PROJECT, springls__project_level_set);
+    return ctx->model.params.volume_lock && ctx->locked_count == 0;
 }
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration) { return iteration % ctx->model.params.resample_period == 0; }
+SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
-/* Algorithm 2 after Advect. */
-SPRINGLS__FN springls_status springls__fluid_step(springls_context *ctx, bool one_to_one)
+/* contract will ask for phi as it was before the springls moved. */
+SPRINGLS__FN bool springls__wants_phi_before(const springls_context *ctx)
 {
-    float way;
-    bool last = ctx->model.params.resample_last != 0, resample = !one_to_one && springls__resample_due(ctx, ctx->iteration), afresh;
-    SPRINGLS__TRY(springls_relax(ctx));
-    if (resample && !last) {
-        SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract));
-        SPRINGLS__TRY(springls_resample(ctx));
-        SPRINGLS__TRY(springls_relax(ctx));
+    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
+}
+
+SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resample; }
+SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
+{
+    return ctx->step.resample && !ctx->model.params.resample_last;
+}
+SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
+{
+    return ctx->step.resample && ctx->model.params.resample_last;
+}
+SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
+SPRINGLS__FN bool springls__starts_afresh(const springls_context *ctx) { return ctx->step.afresh; }
+SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
+{
+    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
+}
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.afresh; }
+SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
+
+/* After eq. 23; carrying phi along has projected it already. */
+SPRINGLS__FN bool springls__projects(const springls_context *ctx)
+{
+    return ctx->model.params.project_level_set && !(springls__carries(ctx) && ctx->model.params.evolve_iterations == 0);
+}
+
+/* ---- what is done between stages ---- */
+
+enum { SPRINGLS__MOST_PARTS = 10000 };
+
+/* The rest of a step is cut into parts as equal as the force allows. */
+SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    float dt = step->part;
+    if (step->left > 0.0f) {
+        dt = step->left / (springls__floor(step->left / step->part * 0.9999f) + 1.0f);
+        if (ctx->time + (double)dt == ctx->time)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
+                                  (double)dt);
+        if (step->parts++ == SPRINGLS__MOST_PARTS)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
+                                  SPRINGLS__MOST_PARTS);
     }
-    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
-    afresh = ctx->model.params.predict && way > ctx->model.grid.far_value; /* too far to be carried */
-    if (afresh) SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx, afresh));
-    if (!resample) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__orient(ctx));
-    if (last) {
-        SPRINGLS__TRY(springls_contract(ctx));
-        SPRINGLS__TRY(springls_resample(ctx));
-    }
-    return springls_fill_gaps(ctx);
-}
-
-/* Algorithm 3 after Advect. */
-SPRINGLS__FN springls_status springls__elastic_step(springls_context *ctx, bool one_to_one)
-{
-    SPRINGLS__TRY(springls_unsigned_to_signed(ctx));
-    SPRINGLS__TRY(springls__follow(ctx, true));
-    SPRINGLS__TRY(springls_relax(ctx));
-    if (one_to_one) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls_fill_gaps(ctx));
-    SPRINGLS__TRY(springls_contract(ctx));
-    return springls_resample(ctx);
-}
-
-/* The chosen algorithm after Advect. */
-SPRINGLS__FN springls_status springls__after_advect(springls_context *ctx, const springls_step_desc *step)
-{
-    if (step->mode == SPRINGLS_ADVECT_ONLY) return SPRINGLS_OK;
-    SPRINGLS__TRY(step->mode == SPRINGLS_FLUID ? springls__fluid_step(ctx, step->one_to_one) : springls__elastic_step(ctx, step->one_to_one));
-    return ctx->model.params.volume_lock ? springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock) : SPRINGLS_OK;
-}
-
-/* One step of at most *dt, in which no particle goes further than `longest` voxels (0: any way); *dt becomes the time that has
-   passed. A force may be stronger during the step than at its start: then a shorter one is tried, a little shorter than would
-   do if the force were even, and at last any way is allowed. */
-SPRINGLS__FN springls_status springls__substep(springls_context *ctx, const springls_step_desc *step, float longest, float *dt, float *moved)
-{
-    enum { TRIES = 40 };
-    springls_status status = SPRINGLS_OK;
-    double started;
-    int tries;
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
         ctx->stats.volume_correction = 0.0f;
     }
-    if (ctx->model.params.volume_lock && ctx->locked_count == 0) SPRINGLS__TRY(springls__staged(ctx, SPRINGLS_STAGE_VOLUME_LOCK, springls__volume_lock));
-    started = springls__stage_begin(ctx, SPRINGLS_STAGE_ADVECT);
-    springls__use_device(ctx);
-    if (step->mode == SPRINGLS_FLUID && !step->one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1))
-        springls__sample_phi(ctx); /* for contract */
-    for (tries = 1; tries <= TRIES; tries++) {
-        status = springls__advect(ctx, step->forces, (float)ctx->time, *dt, step->stop_at_topology, tries < TRIES ? longest : 0.0f, moved);
-        if (status != SPRINGLS_OK || longest == 0.0f || *moved <= longest) break;
-        *dt *= springls__max(0.95f * longest / *moved, 0.1f);
-    }
-    status = springls__told(ctx, status);
-    springls__stage_end(ctx, SPRINGLS_STAGE_ADVECT, started);
-    if (status != SPRINGLS_OK) return status;
-    ctx->time += (double)*dt;
-    ctx->iteration++;
-    ctx->stats.steps++;
-    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
-    return springls__after_advect(ctx, step);
-}
-
-enum { SPRINGLS__MOST_PARTS = 10000 };
-
-/* The rest of a step is cut into parts as equal as the force allows: *dt is the longest that the last part permitted. */
-SPRINGLS__FN springls_status springls__substeps(springls_context *ctx, const springls_step_desc *step, float dt)
-{
-    const float longest = step->max_displacement, growth = 1.5f;
-    const double end = ctx->time + (double)step->dt;
-    float left = step->dt, moved;
-    int parts;
-    for (parts = 0; left > 1e-6f * step->dt; parts++) {
-        float taken = left / (springls__floor(left / dt * 0.9999f) + 1.0f);
-        if (ctx->time + (double)taken == ctx->time)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time, (double)taken);
-        if (parts == SPRINGLS__MOST_PARTS)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown", SPRINGLS__MOST_PARTS);
-        SPRINGLS__TRY(springls__substep(ctx, step, longest * 1.0001f, &taken, &moved));
-        left = (float)(end - ctx->time);
-        dt = taken * (growth * moved > longest ? longest / moved : growth);
-    }
-    ctx->time = end;
+    SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
+    ctx->motion.most = step->left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
+    ctx->motion.stop_at_topology = step->desc.stop_at_topology;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__step(springls_context *ctx, const springls_step_desc *step)
+/* Springls have moved. */
+SPRINGLS__FN springls_status springls__substep_counts(springls_context *ctx)
 {
-    float speed, limit, dt, moved;
-    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX) || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: forces is NULL, or dt or max_displacement is negative or not finite");
+    ctx->time += (double)ctx->motion.dt;
+    ctx->iteration++;
+    ctx->stats.steps++;
+    ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
+    ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_ELASTIC;
+    return SPRINGLS_OK;
+}
+
+/* Springls may have come too far for phi to be carried along. */
+SPRINGLS__FN springls_status springls__measure_way(springls_context *ctx)
+{
+    float way;
+    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
+    ctx->step.afresh = ctx->model.params.predict && way > ctx->model.grid.far_value;
+    return SPRINGLS_OK;
+}
+
+/* How often eq. 23 is needed: it closes what gaps between springls have left open where phi has just been made afresh of them. */
+SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
+{
+    const int enough = 3;
+    ctx->step.iterations = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.predict && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
+    return SPRINGLS_OK;
+}
+
+/* Back to evolve and rebuild, the two rows before. */
+SPRINGLS__FN springls_status springls__iterate(springls_context *ctx)
+{
+    ctx->step.iterations--;
+    ctx->step.row -= 3;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
+
+/* ---- the algorithms ---- */
+
+#define SPRINGLS__BEGIN                                                          \
+    { -1, NULL, springls__substep_begin },                                       \
+    { SPRINGLS_STAGE_VOLUME_LOCK, springls__lock_is_new, springls__volume_lock }
+#define SPRINGLS__MOVE                                                           \
+    { SPRINGLS_STAGE_ADVECT, NULL, springls__advect },                           \
+    { -1, NULL, springls__substep_counts }
+/* The level set catches up with the springls. */
+#define SPRINGLS__FOLLOW                                                         \
+    { -1, NULL, springls__follow_begin },                                        \
+    { SPRINGLS_STAGE_KEEP_EDGES, springls__has_edges, springls__keep_edges },    \
+    { SPRINGLS_STAGE_PROJECT, springls__carries, springls__carry_level_set },    \
+    { SPRINGLS_STAGE_EVOLVE, springls__iterates, springls__evolve },             \
+    { SPRINGLS_STAGE_REBUILD, springls__iterates, springls__rebuild },           \
+    { -1, springls__iterates, springls__iterate },                               \
+    { SPRINGLS_STAGE_PROJECT, springls__projects, springls__project_level_set }
+#define SPRINGLS__END                                                            \
+    { SPRINGLS_STAGE_VOLUME_LOCK, springls__locks_volume, springls__volume_lock }, \
+    { -1, NULL, springls__substep_end }
+
+static const springls__row springls__fluid[] = { /* Algorithm 2 */
+    SPRINGLS__BEGIN,
+    { -1, springls__wants_phi_before, springls__sample_phi },
+    SPRINGLS__MOVE,
+    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
+    { SPRINGLS_STAGE_CONTRACT, springls__resamples_first, springls__contract },
+    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_first, springls__resample },
+    { SPRINGLS_STAGE_RELAX, springls__resamples_first, springls__relax },
+    { -1, NULL, springls__measure_way },
+    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__starts_afresh, springls__unsigned_to_signed },
+    SPRINGLS__FOLLOW,
+    { -1, springls__resamples, springls__orient },
+    { SPRINGLS_STAGE_CONTRACT, springls__resamples_last, springls__contract_now },
+    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_last, springls__resample },
+    { SPRINGLS_STAGE_FILL_GAPS, springls__resamples, springls__fill_gaps },
+    SPRINGLS__END
+};
+
+static const springls__row springls__elastic[] = { /* Algorithm 3 */
+    SPRINGLS__BEGIN,
+    SPRINGLS__MOVE,
+    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, NULL, springls__unsigned_to_signed },
+    SPRINGLS__FOLLOW,
+    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
+    { SPRINGLS_STAGE_FILL_GAPS, springls__not_one_to_one, springls__fill_gaps },
+    { SPRINGLS_STAGE_CONTRACT, springls__not_one_to_one, springls__contract_now },
+    { SPRINGLS_STAGE_RESAMPLE, springls__not_one_to_one, springls__resample },
+    SPRINGLS__END
+};
+
+static const springls__row springls__advect_only[] = {
+    SPRINGLS__BEGIN,
+    SPRINGLS__MOVE,
+    { -1, NULL, springls__substep_end }
+};
+
+#undef SPRINGLS__BEGIN
+#undef SPRINGLS__MOVE
+#undef SPRINGLS__FOLLOW
+#undef SPRINGLS__END
+
+SPRINGLS__FN void springls__first_row(springls_context *ctx)
+{
+    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID     ? springls__fluid
+                    : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic
+                                                              : springls__advect_only;
+}
+
+/* Is there another sub-step? The next one is as long as the last one permitted. */
+SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
+{
+    const float growth = 1.5f;
+    springls__stepping *step = &ctx->step;
+    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    if (step->left == 0.0f) {
+        step->active = false;
+        return SPRINGLS_OK;
+    }
+    step->left = (float)(step->end - ctx->time);
+    step->part = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->left > 1e-6f * step->desc.dt) {
+        springls__first_row(ctx);
+        return SPRINGLS_OK;
+    }
+    ctx->time = step->end;
+    step->active = false;
+    return SPRINGLS_OK;
+}
+
+/* How the step is cut into sub-steps: left is 0 where it is not. */
+SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    const springls_step_desc *desc = &step->desc;
+    float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
+    step->left = 0.0f;
+    step->part = desc->dt;
+    springls__first_row(ctx);
+    if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
+    if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->part = speed > 1e-6f ? limit / speed : 0.0f;
+        return SPRINGLS_OK;
+    }
+    if (!(speed * desc->dt <= (float)SPRINGLS__MOST_PARTS * limit))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
+                              SPRINGLS__MOST_PARTS);
+    step->left = desc->dt;
+    step->end = ctx->time + (double)desc->dt;
+    step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
+    return SPRINGLS_OK;
+}
+
+static const springls__row springls__plan[] = { { -1, NULL, springls__plan_step } };
+
+/* ---- from row to row ---- */
+
+/* The next row that is wanted begins. */
+SPRINGLS__FN void springls__row_begin(springls_context *ctx)
+{
+    springls__stepping *step = &ctx->step;
+    while (step->row->when && !step->row->when(ctx)) step->row++;
+    step->stage = step->row->stage;
+    step->seconds = 0.0;
+    if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
+    springls__begin_stage(ctx, step->row->run);
+    step->row++;
+}
+
+SPRINGLS__FN void springls__row_end(springls_context *ctx, double started)
+{
+    if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
+    ctx->step.stage = -1;
+}
+
+/* Goes on with the stage at work. Its clock stands still while nobody does. */
+SPRINGLS__FN springls_status springls__row_go_on(springls_context *ctx, const double *until)
+{
+    springls__stepping *step = &ctx->step;
+    double started = springls__now(ctx) - step->seconds;
+    springls_status status;
+    springls__use_device(ctx);
+    status = springls__go_on(ctx, until);
+    if (status == SPRINGLS_OK && !springls__stage_done(ctx)) step->seconds = springls__now(ctx) - started;
+    else springls__row_end(ctx, started);
+    return status;
+}
+
+/* What is in progress is left as it is. */
+SPRINGLS__FN void springls__drop_step(springls_context *ctx)
+{
+    if (ctx->step.active) springls__row_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    ctx->step.active = false;
+    memset(&ctx->work, 0, sizeof ctx->work);
+}
+
+/* Goes on with the step in progress for a while; NULL: to its end. */
+SPRINGLS__FN springls_status springls__step_go_on(springls_context *ctx, const double *until)
+{
+    springls_status status = SPRINGLS_OK;
+    if (!ctx->step.active) return SPRINGLS_OK;
+    ctx->calls++;
+    do {
+        if (springls__stage_done(ctx)) springls__row_begin(ctx);
+        status = springls__row_go_on(ctx, until);
+    } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
+    ctx->calls--;
+    if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
+    springls__drop_step(ctx);
+    return springls__told(ctx, status);
+}
+
+SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__step_go_on(ctx, NULL); }
+
+SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (!step || !step->forces || !(step->dt >= 0.0f && step->dt < FLT_MAX)
+        || !(step->max_displacement >= 0.0f && step->max_displacement < FLT_MAX))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
     if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
-    dt = step->dt;
-    if (dt > 0.0f && step->max_displacement == 0.0f) return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    limit = step->max_displacement > 0.0f ? step->max_displacement : ctx->model.params.d_max;
-    SPRINGLS__TRY(springls_max_speed(ctx, step->forces, (float)ctx->time, &speed));
-    if (dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        dt = speed > 1e-6f ? limit / speed : 0.0f;
-        return springls__substep(ctx, step, 0.0f, &dt, &moved);
-    }
-    if (!(speed * dt <= (float)SPRINGLS__MOST_PARTS * limit))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement", SPRINGLS__MOST_PARTS);
-    return springls__substeps(ctx, step, speed * dt > limit ? limit / speed : dt);
+    springls__drop_step(ctx);
+    memset(&ctx->step, 0, sizeof ctx->step);
+    ctx->step.desc = *step;
+    ctx->step.forces = *step->forces;
+    ctx->step.row = springls__plan;
+    ctx->step.stage = -1;
+    ctx->step.active = true;
+    return SPRINGLS_OK;
 }
+
+SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done)
+{
+    springls_status status;
+    double until;
+    if (done) *done = true;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!done || !(seconds >= 0.0))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                              "step_continue: done is NULL, or seconds is negative or not a number");
+    until = springls__now(ctx) + seconds;
+    status = springls__step_go_on(ctx, &until);
+    *done = !ctx->step.active;
+    return status;
+}
+
+SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx) { return ctx && ctx->step.active; }
 
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step)
 {
-    springls_status status;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    ctx->calls++;
-    status = springls__step(ctx, step);
-    ctx->calls--;
-    return springls__told(ctx, status);
+    SPRINGLS__TRY(springls_step_begin(ctx, step));
+    return springls__finish_step(ctx);
 }
 
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
@@ -175,5 +354,7 @@ SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ct
 
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 {
-    if (ctx && time > -DBL_MAX && time < DBL_MAX) ctx->time = time;
+    if (!ctx || !(time > -DBL_MAX && time < DBL_MAX)) return;
+    springls__finish_step(ctx);
+    ctx->time = time;
 }

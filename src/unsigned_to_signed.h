@@ -171,21 +171,33 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
-    springls__grid *g = &ctx->model.grid;
-    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
-    SPRINGLS__TRY(springls__bricks_around_springls(ctx));
-    SPRINGLS__TRY(springls__omega_build(ctx));
-    SPRINGLS__TRY(springls__grow_bricks(ctx));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
-    SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-    if (ctx->model.params.project_level_set) {
-        springls__run(ctx, SPRINGLS__KERNEL_sides, g->active_count, springls__no_job());
-        SPRINGLS__TRY(springls__settle_regions(ctx));
+    const int bricks = ctx->model.grid.active_count;
+    const bool project = ctx->model.params.project_level_set != 0;
+    switch (ctx->work.part) {
+    case 0:
+        if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
+        SPRINGLS__TRY(springls__bricks_around_springls(ctx));
+        SPRINGLS__TRY(springls__omega_build(ctx));
+        return springls__then(ctx, 1);
+    case 1:
+        SPRINGLS__TRY(springls__grow_bricks(ctx));
+        return springls__then(ctx, 2);
+    case 2:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
+        return springls__then(ctx, 3);
+    case 3:
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
+        SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
+        return springls__then(ctx, 4);
+    case 4:
+        if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
+        return springls__then(ctx, 5);
+    default:
+        if (project) SPRINGLS__TRY(springls__settle_regions(ctx));
+        springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
+        springls__phi_in_step(ctx);
+        return springls__then_stage(ctx, springls__rebuild);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_with_sign, g->active_count, springls__no_job());
-    springls__phi_in_step(ctx);
-    return springls__rebuild(ctx);
 }
 
 SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)

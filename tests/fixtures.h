@@ -333,7 +333,7 @@ FIXTURE springls_status fixture_stage(springls_context *ctx, springls_status (*r
 {
     springls_status status;
     springls__use_device(ctx);
-    status = springls__told(ctx, run(ctx));
+    status = springls__told(ctx, springls__whole(ctx, run));
     fixture_here(ctx);
     return status;
 }

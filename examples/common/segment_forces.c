@@ -38,6 +38,9 @@ bool segment_forces_enter(struct segment *run, float side)
         return segment_no_memory();
     }
     segment_pressure(&run->image, run->seen, result->low, result->high, result->ramp, side, &run->pressure);
+    if (set->solid && !segment_pressure_solid(&run->image, side, &run->pressure)) {
+        return segment_no_memory();
+    }
     if (set->gvf > 0.0 && !gvf_compute(&run->pressure, set->gvf_halvings, gvf_mu, side, &run->flow)) {
         return segment_no_memory();
     }

@@ -331,6 +331,86 @@ bool segment_keep_largest(const int dims[3], float *phi)
     return good;
 }
 
+/* Is the flag set at a voxel or one of its neighbours through faces? */
+static bool is_set_around(const int dims[3], const uint8_t *flags, const int place[3])
+{
+    const size_t strides[3] = {1, (size_t)dims[0], (size_t)dims[0] * (size_t)dims[1]};
+    const size_t at = voxel_index(dims, place);
+    bool set = flags[at] != 0;
+    for (int a = 0; a < 3; ++a) {
+        set = set || (place[a] > 0 && flags[at - strides[a]]) || (place[a] + 1 < dims[a] && flags[at + strides[a]]);
+    }
+    return set;
+}
+
+static void place_of(const int dims[3], size_t n, int place[3])
+{
+    place[0] = (int)(n % (size_t)dims[0]);
+    place[1] = (int)(n / (size_t)dims[0] % (size_t)dims[1]);
+    place[2] = (int)(n / ((size_t)dims[0] * (size_t)dims[1]));
+}
+
+static bool is_on_edge(const int dims[3], const int place[3])
+{
+    int faces = 0;
+    for (int a = 0; a < 3; ++a) {
+        faces += place[a] == 0 || place[a] == dims[a] - 1;
+    }
+    return faces >= 2;
+}
+
+/* Sets `reached` where the ball's middle comes, given where it may not be: `shut` below zero. */
+static size_t let_ball_in(const int dims[3], const float *shut, int *parts, int *queue, uint8_t *reached)
+{
+    const size_t total = (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2];
+    size_t count = 0;
+    int place[3];
+    for (size_t n = 0; n < total; ++n) {
+        place_of(dims, n, place);
+        if (parts[n] == 0 && shut[n] > 0.0f && is_on_edge(dims, place)) {
+            count += (size_t)flood(dims, shut, (int)n, 1, parts, queue);
+        }
+    }
+    for (size_t n = 0; n < total; ++n) {
+        reached[n] = parts[n] != 0;
+    }
+    return count;
+}
+
+bool segment_pressure_solid(const struct volume *image, float size, const struct volume *padded)
+{
+    const int *dims = image->dims, margin = (padded->dims[0] - dims[0]) / 2;
+    const size_t total = volume_voxels(image);
+    uint8_t *object = malloc(total), *reached = malloc(total);
+    float *shut = malloc(total * sizeof *shut);
+    int *parts = calloc(total, sizeof *parts), *queue = malloc(total * sizeof *queue), place[3];
+    const bool good = object && reached && shut && parts && queue;
+    for (size_t n = 0; good && n < total; ++n) {
+        place_of(dims, n, place);
+        const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
+        object[n] = padded->data[voxel_index(padded->dims, there)] > 0.0f;
+    }
+    for (size_t n = 0; good && n < total; ++n) {
+        place_of(dims, n, place);
+        shut[n] = is_set_around(dims, object, place) ? -1.0f : 1.0f;
+    }
+    if (good && let_ball_in(dims, shut, parts, queue, reached) > 0) { /* else the image has no outside */
+        for (size_t n = 0; n < total; ++n) {
+            place_of(dims, n, place);
+            if (!object[n] && !is_set_around(dims, reached, place)) {
+                const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
+                padded->data[voxel_index(padded->dims, there)] = fminf(1.0f, -box_distance(image, place) / size);
+            }
+        }
+    }
+    free(object);
+    free(reached);
+    free(shut);
+    free(parts);
+    free(queue);
+    return good;
+}
+
 /* ---- distances ---- */
 
 /* The smallest solution d of sum over the axes of (max(d - a, 0) / h)^2 = 1: a[] the nearer neighbours' distances. */

@@ -32,6 +32,11 @@ float segment_percentile(const struct volume *image, double share);
 void segment_pressure(const struct volume *image, const float *values, float low, float high, float ramp, float size,
                       const struct volume *padded);
 
+/* Full pressure outward also where the object shuts a place in: where a ball of three voxels, which is let in along the edges
+ * of the image's box and passes where there is no pressure outward, does not come. So marrow belongs to its bone, whatever
+ * small holes there are, and so where the image's border cuts the bone. False: memory is short. */
+bool segment_pressure_solid(const struct volume *image, float size, const struct volume *padded);
+
 /* What pushes a contour along its normal, -1..1: pressure of a window, region and edges of the image, and the way back from
  * too far away of the start. Lengths in mm. */
 struct segment_push {

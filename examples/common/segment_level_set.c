@@ -6,6 +6,7 @@
 #include "level_set.h"
 #include "progress.h"
 #include "segment_image.h"
+#include "segment_model.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,6 +15,17 @@
 static void speed(void *user, const float *points, const float *normals, int count, float *out)
 {
     segment_speed(user, points, normals, count, out);
+}
+
+/* Voxels inside. */
+static double volume_of(const struct level_set *contour)
+{
+    const size_t total = (size_t)contour->dims[0] * (size_t)contour->dims[1] * (size_t)contour->dims[2];
+    double volume = 0.0;
+    for (size_t n = 0; n < total; ++n) {
+        volume += contour->phi[n] < 0.0f;
+    }
+    return volume;
 }
 
 /* From the level set in alone->grid to the one at rest. */
@@ -35,11 +47,12 @@ static bool settle_alone(struct segment *alone)
     contour.curvature = (float)set->curvature;
     contour.fastest = segment_fastest(alone);
     bool fine = true, at_rest = false;
+    double volume = 0.0; /* at the last look */
     level_set_moving(&contour, 0.0f);
     for (int s = 1; fine && s <= set->steps && !at_rest; ++s) {
         level_set_step(&contour, (float)set->speed);
         if (s % SEGMENT_LOOK_EVERY == 0) {
-            at_rest = segment_at_rest(level_set_moving(&contour, segment_still(alone)));
+            at_rest = segment_at_rest(level_set_moving(&contour, segment_still(alone)), volume_of(&contour), &volume);
             if (set->region > 0.0 && !at_rest) {
                 memcpy(grid->data, contour.phi, bytes);
                 fine = segment_forces_update(alone);

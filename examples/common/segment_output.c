@@ -232,6 +232,7 @@ bool segment_report(const struct segment *run, const char *path)
     json_number(&json, "pressure", set->pressure);
     json_number(&json, "region", set->region);
     json_number(&json, "edge", set->edge);
+    json_bool(&json, "solid", set->solid);
     json_number(&json, "gvf", set->gvf);
     json_number(&json, "curvature", set->curvature);
     json_number(&json, "stay_mm", set->stay);

@@ -13,10 +13,8 @@
 
 enum { MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
 
-/* Springls are at rest when fewer than this share of them still moves, with more than this part of the speed at full
- * pressure. Measured on bones and a brain: the share falls from 1 to .05 in 20 steps of a grid, and the volume changes by
- * less than 1 % after it has come below .02. It never becomes 0: parts thinner than a voxel come and go. */
-static const float rest_share = 0.02f, rest_speed = 0.05f;
+/* A springl that still moves has more than this part of the speed at full pressure. */
+static const float rest_speed = 0.05f;
 
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
 {
@@ -51,8 +49,6 @@ static bool take_frame(struct segment *run)
 
 float segment_fastest(const struct segment *run) { return 1.0f + (float)run->settings.gvf; }
 
-bool segment_at_rest(float moving) { return moving < rest_share; }
-
 float segment_still(const struct segment *run)
 {
     return rest_speed * (float)run->settings.speed * (float)SEGMENT_LOOK_EVERY;
@@ -65,6 +61,21 @@ static bool region_follows(struct segment *run)
         || segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
 }
 
+/* Looks at the share of springls that moves and at the volume: is the contour at rest? */
+static bool look(struct segment *run, struct segment_watch *watch, double *volume)
+{
+    struct segment_result *result = run->result;
+    springls_measures now;
+    if (!segment_watch_look(watch, run->ctx, segment_still(run), &result->moving)) {
+        return segment_no_memory();
+    }
+    if (!segment_check(run->ctx, springls_measure(run->ctx, &now), "measures")) {
+        return false;
+    }
+    result->at_rest = segment_at_rest(result->moving, now.volume, volume);
+    return true;
+}
+
 /* Steps on one grid until the springls are at rest. */
 static bool settle(struct segment *run, struct progress *bar)
 {
@@ -72,7 +83,7 @@ static bool settle(struct segment *run, struct progress *bar)
     struct segment_result *result = run->result;
     struct segment_watch watch;
     springls_step_desc step;
-    const float still = segment_still(run);
+    double volume = 0.0; /* at the last look */
     memset(&watch, 0, sizeof watch);
     memset(&step, 0, sizeof step);
     bool fine = region_follows(run) && segment_forces_update(run);
@@ -85,15 +96,14 @@ static bool settle(struct segment *run, struct progress *bar)
     step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
 
     result->at_rest = false;
-    fine = fine && (segment_watch_look(&watch, run->ctx, 0.0f, &result->moving) || segment_no_memory());
+    fine = fine && look(run, &watch, &volume);
     for (int s = 1; fine && s <= set->steps && !result->at_rest && springls_count(run->ctx) > 0; ++s) {
         char note[64];
         fine = segment_check(run->ctx, springls_step(run->ctx, &step), "step");
         result->steps++;
         result->springls_mean += (double)springls_count(run->ctx);
         if (fine && s % SEGMENT_LOOK_EVERY == 0) {
-            fine = segment_watch_look(&watch, run->ctx, still, &result->moving) || segment_no_memory();
-            result->at_rest = segment_at_rest(result->moving);
+            fine = look(run, &watch, &volume);
             if (fine && set->region > 0.0 && !result->at_rest && springls_count(run->ctx) > 0) {
                 fine = region_follows(run) && segment_forces_update(run);
             }

@@ -13,7 +13,7 @@
 #define PELVIS "ct/ct_pelvis_TS.nii.gz"
 #define PELVIS_LABELS "labels/seg_pelvis_TS_104.nii.gz"
 /* Paper: sphere, cube, torus, metasphere. All so large that they reach around the bones: then marrow stays inside. */
-#define AROUND "--level 100 --radius 180 --levels 1 --speed 1"
+#define AROUND "--level 100 --solid --radius 180 --levels 1 --speed 1"
 #define MIRRORED "--level 100 --init mask --mirror"
 
 static const struct {

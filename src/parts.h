@@ -1,0 +1,144 @@
+/* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
+   ctx->work.part, does that part and says by springls__then which one follows, or nothing when it is done. A part ends with at
+   most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
+   ctx->work. A stage that knows no parts is one. */
+
+/* For the end of a part: another one follows. */
+SPRINGLS__FN springls_status springls__then(springls_context *ctx, int part)
+{
+    ctx->work.part = part;
+    ctx->work.more = true;
+    return SPRINGLS_OK;
+}
+
+/* ... all of another stage follows. */
+SPRINGLS__FN springls_status springls__then_stage(springls_context *ctx, springls__stage_fn stage)
+{
+    ctx->work.stage = stage;
+    ctx->work.turn = 0;
+    return springls__then(ctx, 0);
+}
+
+/* The step in progress, if any, is ended first by whatever changes the model or wants its working memory. */
+SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx);
+
+/* ---- loops in pieces ---- */
+
+/* The loop that a part ends with. */
+SPRINGLS__FN void springls__loop_task(springls_context *ctx, int count, int grain, springls_task task, void *arg)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    loop->task = task;
+    loop->arg = arg;
+    loop->grain = grain;
+    loop->count = count;
+    loop->next = 0;
+    loop->pace = 0.0;
+}
+
+/* ... over a kernel. A device does it whole, and meanwhile the host goes on. */
+SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, springls__job job)
+{
+    if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, job)) return;
+    if (springls__to_host(ctx, SPRINGLS__ALL_BITS, springls__kernels[kernel].writes) != SPRINGLS_OK) return;
+    ctx->work.loop.kernel.ctx = ctx;
+    ctx->work.loop.kernel.kernel = &springls__kernels[kernel];
+    ctx->work.loop.kernel.job = job;
+    springls__loop_task(ctx, count, springls__kernels[kernel].grain, springls__range_task, &ctx->work.loop.kernel);
+}
+
+SPRINGLS__FN bool springls__in_loop(const springls_context *ctx) { return ctx->work.loop.next < ctx->work.loop.count; }
+
+SPRINGLS__FN void springls__piece_task(void *arg, int begin, int end)
+{
+    const springls__pieces *loop = (const springls__pieces *)arg;
+    loop->task(loop->arg, loop->next + begin, loop->next + end);
+}
+
+SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    if (!springls__in_loop(ctx)) return;
+    springls__parallel(ctx, loop->count - loop->next, loop->grain, springls__piece_task, loop);
+    loop->next = loop->count;
+}
+
+/* Ranges of a smallest piece: some for each of a few threads. */
+enum { SPRINGLS__PIECE_GRAINS = 4 };
+
+/* As much of the loop as takes half of what is left of the time, at the pace so far. */
+SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
+{
+    springls__pieces *loop = &ctx->work.loop;
+    double now = springls__now(ctx), fits = loop->pace > 0.0 ? 0.5 * (until - now) / loop->pace : 0.0;
+    int least = SPRINGLS__PIECE_GRAINS * loop->grain, rest = loop->count - loop->next, n = least;
+    if (fits > (double)least) n = fits < (double)rest ? (int)fits / loop->grain * loop->grain : rest;
+    n = springls__imin(n, rest);
+    springls__parallel(ctx, n, loop->grain, springls__piece_task, loop);
+    loop->next += n;
+    loop->pace = (springls__now(ctx) - now) / (double)n;
+}
+
+/* Would the next piece take longer than there is? */
+SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
+{
+    const springls__pieces *loop = &ctx->work.loop;
+    double next = springls__in_loop(ctx) ? loop->pace * (double)(SPRINGLS__PIECE_GRAINS * loop->grain) : 0.0;
+    return !(springls__now(ctx) + next < until);
+}
+
+/* ---- stages in parts ---- */
+
+SPRINGLS__FN void springls__begin_stage(springls_context *ctx, springls__stage_fn stage)
+{
+    memset(&ctx->work, 0, sizeof ctx->work);
+    springls__then_stage(ctx, stage);
+}
+
+SPRINGLS__FN bool springls__stage_done(const springls_context *ctx) { return !ctx->work.more && !springls__in_loop(ctx); }
+
+SPRINGLS__FN springls_status springls__run_part(springls_context *ctx)
+{
+    ctx->work.more = false;
+    return ctx->work.stage(ctx);
+}
+
+/* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
+SPRINGLS__FN springls_status springls__go_on(springls_context *ctx, const double *until)
+{
+    while (!springls__stage_done(ctx)) {
+        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_part(ctx));
+        else if (until) springls__run_piece(ctx, *until);
+        else springls__finish_loop(ctx);
+        if (ctx->lost) return ctx->backend_status;
+        if (until && springls__too_late(ctx, *until)) break;
+    }
+    return SPRINGLS_OK;
+}
+
+/* All of a stage, which may be inside a part of another. */
+SPRINGLS__FN springls_status springls__whole(springls_context *ctx, springls__stage_fn stage)
+{
+    const springls__work outer = ctx->work;
+    springls_status status;
+    springls__begin_stage(ctx, stage);
+    status = springls__go_on(ctx, NULL);
+    ctx->work = outer;
+    return status;
+}
+
+/* Runs one stage under its clock: the body of every public stage call. */
+SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+{
+    springls_status status;
+    double started;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    started = springls__stage_begin(ctx, stage);
+    springls__use_device(ctx);
+    ctx->calls++;
+    status = springls__whole(ctx, run);
+    ctx->calls--;
+    springls__stage_end(ctx, stage, started);
+    return springls__told(ctx, status);
+}

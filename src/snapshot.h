@@ -1,0 +1,497 @@
+/* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
+   (SPRINGLS__SECTIONS). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of bricks
+   are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory there,
+   before the model changes. */
+
+typedef struct springls__snapshot_head {
+    char magic[8];
+    uint32_t version, order;  /* order of bytes */
+    uint64_t size, checksum;  /* of the block, and of all behind this head */
+} springls__snapshot_head;
+
+static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
+enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
+
+typedef struct springls__attribute_entry { char name[SPRINGLS_MAX_NAME + 1]; int32_t channels, split, fill, merge; } springls__attribute_entry;
+
+typedef struct springls__snapshot_state {
+    double to_world[12], time;
+    uint64_t reference_stamp;
+    springls_stats stats;
+    springls_params params;
+    int32_t size[3];
+    int32_t kind, iteration, count, at_edges, neighbors_age, has_neighbors, bricks, locked;
+    uint32_t next_id, step;
+    int32_t reference_bricks, original, given, has_source;
+    int32_t attributes;
+    springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
+} springls__snapshot_state;
+
+/* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
+typedef enum springls__section {
+    SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_WAS + 1,
+    SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
+    SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
+    SPRINGLS__SECTION_PHI,
+    SPRINGLS__SECTION_LOCKED,
+    SPRINGLS__SECTION_VALUES,      /* one each attribute */
+    SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__SECTION_REFERENCE_BRICKS,
+    SPRINGLS__SECTION_REFERENCE_PHI,
+    SPRINGLS__SECTION_ORIGINAL,
+    SPRINGLS__SECTION_SOURCE,
+    SPRINGLS__SECTIONS
+} springls__section;
+
+/* Where each section begins; the last number: where the block ends. */
+typedef struct springls__layout { uint64_t at[SPRINGLS__SECTIONS + 1]; } springls__layout;
+
+SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((uint64_t)springls__brick_count(g) + 7) / 8; }
+
+SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
+{
+    const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
+    int a = section - SPRINGLS__SECTION_VALUES;
+    if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
+    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES) return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    switch (section) {
+    case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
+    case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
+    case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int);
+    case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
+    case SPRINGLS__SECTION_LOCKED: return (uint64_t)s->locked * sizeof(double);
+    case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int) : 0;
+    case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
+    case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 3 * sizeof(springls__v3) : 0;
+    default: return all && s->has_source ? (uint64_t)s->original * sizeof(int) : 0;
+    }
+}
+
+SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const springls__snapshot_state *s)
+{
+    springls__layout layout;
+    uint64_t at = sizeof(springls__snapshot_head) + (sizeof *s + 7) / 8 * 8;
+    int section;
+    for (section = 0; section < SPRINGLS__SECTIONS; section++) {
+        layout.at[section] = at;
+        at += (springls__section_bytes(g, s, section) + 7) / 8 * 8;
+    }
+    layout.at[SPRINGLS__SECTIONS] = at;
+    return layout;
+}
+
+/* Four independent chains of eight bytes at a time. A change of any one word changes the result. */
+SPRINGLS__FN uint64_t springls__checksum(uint64_t seed, const void *data, size_t bytes)
+{
+    const uint64_t prime = 1099511628211u;
+    const char *p = (const char *)data;
+    uint64_t chain[4], word;
+    size_t i, k;
+    for (k = 0; k < 4; k++) chain[k] = seed ^ (14695981039346656037u + k);
+    for (i = 0; i + 32 <= bytes; i += 32)
+        for (k = 0; k < 4; k++) {
+            memcpy(&word, p + i + 8 * k, 8);
+            chain[k] = (chain[k] ^ word) * prime;
+            chain[k] ^= chain[k] >> 29;
+        }
+    for (k = 0; i < bytes; i += 8, k++) {
+        word = 0;
+        memcpy(&word, p + i, bytes - i < 8 ? bytes - i : 8);
+        chain[k] = (chain[k] ^ word) * prime;
+    }
+    for (k = 1; k < 4; k++) chain[0] = (chain[0] ^ chain[k]) * prime + (uint64_t)bytes;
+    return chain[0];
+}
+
+/* ---- out ---- */
+
+SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
+{
+    int i, n = 0, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
+    return n;
+}
+
+/* A number for the reference level set and the original surface, by which a block that leaves them out finds them again. */
+SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.reference;
+    const springls__surface *original = &ctx->original;
+    uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value);
+    int i, bricks = (int)springls__brick_count(g);
+    if (ctx->reference_stamp) return ctx->reference_stamp;
+    for (i = 0; i < bricks; i++) {
+        int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
+        if (side == SPRINGLS__OUTSIDE) continue;
+        stamp = springls__checksum(stamp, &i, sizeof i);
+        stamp = springls__checksum(stamp, &side, sizeof side);
+        if (side >= SPRINGLS__FIRST_SLOT) stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof(float));
+    }
+    stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
+    if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
+    return ctx->reference_stamp = stamp | 1u;
+}
+
+SPRINGLS__FN void springls__snapshot_numbers(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
+{
+    int i;
+    memset(s, 0, sizeof *s);
+    memcpy(s->to_world, ctx->to_world, sizeof s->to_world);
+    s->time = ctx->time;
+    s->reference_stamp = springls__reference_stamp(ctx);
+    s->stats = ctx->stats;
+    s->params = ctx->model.params;
+    for (i = 0; i < 3; i++) s->size[i] = ctx->model.grid.size[i];
+    s->kind = (int32_t)kind;
+    s->iteration = ctx->iteration;
+    s->count = ctx->model.set.count;
+    s->at_edges = ctx->model.set.at_edges;
+    s->neighbors_age = ctx->neighbors_age;
+    s->has_neighbors = ctx->neighbors_age >= 0;
+    s->bricks = ctx->model.grid.active_count;
+    s->locked = ctx->locked_count;
+    s->next_id = ctx->model.set.next_id;
+    s->step = ctx->model.set.step;
+    s->reference_bricks = springls__active_bricks(&ctx->model.reference);
+    s->original = ctx->original.count;
+    s->given = ctx->original.given;
+    s->has_source = ctx->original.source != NULL;
+    s->attributes = ctx->attribute_count;
+    for (i = 0; i < s->attributes; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        springls__attribute_entry *row = &s->attribute[i];
+        memcpy(row->name, attribute->name, strlen(attribute->name));
+        row->channels = attribute->channels;
+        row->split = (int32_t)attribute->split;
+        row->fill = (int32_t)attribute->fill;
+        row->merge = (int32_t)attribute->merge;
+    }
+}
+
+SPRINGLS__FN void springls__put(char *out, const springls__layout *layout, int section, const void *data, uint64_t bytes)
+{
+    if (bytes) memcpy(out + layout->at[section], data, (size_t)bytes);
+}
+
+/* Sides, numbers and values of a grid's bricks. */
+SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
+{
+    const size_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
+    char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) {
+        if (g->top[i] == SPRINGLS__INSIDE) out[layout->at[sides] + (uint64_t)(i >> 3)] = (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        memcpy(numbers, &i, sizeof i);
+        memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
+        numbers += sizeof i;
+        values += brick;
+    }
+}
+
+SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, char *out)
+{
+    const springls__grid *g = &ctx->model.grid;
+    springls__snapshot_head head;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) { /* what rounding up leaves between the sections */
+        uint64_t end = layout->at[i] + springls__section_bytes(g, s, i);
+        memset(out + end, 0, (size_t)(layout->at[i + 1] - end));
+    }
+    memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
+    memcpy(out + sizeof head, s, sizeof *s);
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors, springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
+    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
+    springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
+    for (i = 0; i < s->attributes; i++)
+        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data, springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+    if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
+        memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points, springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source, springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+    }
+    memset(&head, 0, sizeof head);
+    memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
+    head.version = SPRINGLS__SNAPSHOT_VERSION;
+    head.order = SPRINGLS__BYTE_ORDER;
+    head.size = layout->at[SPRINGLS__SECTIONS];
+    head.checksum = springls__checksum(head.size, out + sizeof head, (size_t)(head.size - sizeof head));
+    memcpy(out, &head, sizeof head);
+}
+
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size)
+{
+    springls__snapshot_state state;
+    springls__layout layout;
+    if (size) *size = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!size || (kind != SPRINGLS_SNAPSHOT_ALL && kind != SPRINGLS_SNAPSHOT_FRAME))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    springls__snapshot_numbers(ctx, kind, &state);
+    layout = springls__layout_of(&ctx->model.grid, &state);
+    *size = (size_t)layout.at[SPRINGLS__SECTIONS];
+    if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
+    if (!out) return SPRINGLS_OK;
+    if (room < *size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu", (unsigned long)*size, (unsigned long)room);
+    springls__snapshot_write(ctx, &state, &layout, (char *)out);
+    return SPRINGLS_OK;
+}
+
+/* ---- what may be believed ---- */
+
+/* Element i of a section, wherever it lies in memory. */
+SPRINGLS__FN int springls__int_at(const char *data, size_t i)
+{
+    int value;
+    memcpy(&value, data + i * sizeof value, sizeof value);
+    return value;
+}
+
+SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
+{
+    uint64_t i;
+    uint32_t bits, bad = 0;
+    for (i = 0; i + 4 <= bytes; i += 4) {
+        memcpy(&bits, data + i, 4);
+        bad |= (uint32_t)((bits & 0x7f800000u) == 0x7f800000u);
+    }
+    return !bad;
+}
+
+/* All of them from low to high. */
+SPRINGLS__FN bool springls__all_between(const char *data, uint64_t bytes, int low, int high)
+{
+    uint64_t i;
+    bool good = true;
+    for (i = 0; i < bytes / sizeof(int); i++) {
+        int value = springls__int_at(data, (size_t)i);
+        good = good && value >= low && value <= high;
+    }
+    return good;
+}
+
+SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
+{
+    uint64_t i;
+    unsigned char all = 0;
+    for (i = 0; i < bytes; i++) all = (unsigned char)(all | (unsigned char)data[i]);
+    return all <= 1;
+}
+
+/* Bricks ascend; none is said to be constant as well. */
+SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
+{
+    int i, last = -1;
+    for (i = 0; i < count; i++) {
+        int brick = springls__int_at(numbers, (size_t)i);
+        if (brick <= last || (size_t)brick >= bricks || (sides[brick >> 3] >> (brick & 7) & 1)) return false;
+        last = brick;
+    }
+    return true;
+}
+
+SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int row)
+{
+    const springls__attribute_entry *a = &s->attribute[row];
+    int i;
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS) return false;
+    for (i = 0; i < row; i++)
+        if (strcmp(a->name, s->attribute[i].name) == 0) return false;
+    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill) && springls__policy_known((springls_policy)a->merge);
+}
+
+/* Why the numbers cannot be those of a model of this context; NULL: they can. */
+SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
+{
+    int i;
+    if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
+    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
+    if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0) return "damaged";
+    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0 || s->original > INT32_MAX / 3 || s->given < s->original) return "damaged";
+    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
+    if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
+    for (i = 0; i < s->attributes; i++)
+        if (!springls__entry_good(s, i)) return "damaged";
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx)) return "of another original surface, which it leaves out";
+    return NULL;
+}
+
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
+    static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
+    bool good = true;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTIONS; i++) {
+        const char *data = block + layout->at[i];
+        uint64_t bytes = springls__section_bytes(g, s, i);
+        if (i < SPRINGLS__SECTION_NEIGHBORS) {
+            if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
+            if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
+            if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
+        } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
+        else if (i == SPRINGLS__SECTION_BRICKS) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_SOURCE) good = good && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES && i != SPRINGLS__SECTION_LOCKED) good = good && springls__all_finite(data, bytes);
+    }
+    for (i = 0; i < s->locked; i++) {
+        double volume;
+        memcpy(&volume, block + layout->at[SPRINGLS__SECTION_LOCKED] + (size_t)i * sizeof volume, sizeof volume);
+        good = good && volume >= -DBL_MAX && volume <= DBL_MAX;
+    }
+    return good;
+}
+
+/* The numbers and the layout of a block that is good; else one sentence about why it is not. */
+SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size, springls__snapshot_state *s, springls__layout *layout)
+{
+    springls__snapshot_head head;
+    const char *fault = NULL;
+    if (size < sizeof head + sizeof *s) return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is too short");
+    memcpy(&head, block, sizeof head);
+    memcpy(s, block + sizeof head, sizeof *s);
+    if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
+    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER) fault = "of another version or machine";
+    else if (head.size != size) fault = "not as long as it says";
+    else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
+    else fault = springls__numbers_fault(ctx, s);
+    if (!fault) {
+        *layout = springls__layout_of(&ctx->model.grid, s);
+        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block)) fault = "damaged";
+    }
+    return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
+}
+
+/* ---- in ---- */
+
+/* Room for all of it; what is there is kept. */
+SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
+{
+    springls__surface *original = &ctx->original;
+    size_t n = (size_t)s->original, kept = (size_t)original->count;
+    int i;
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
+    if (s->has_neighbors)
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1, ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+    SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double), (size_t)ctx->locked_count * sizeof(double)));
+    for (i = 0; i < s->attributes; i++) {
+        springls__buffer *values = &ctx->attributes[i].values;
+        size_t row = (size_t)s->attribute[i].channels * sizeof(float);
+        size_t used = i < ctx->attribute_count ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float) : 0;
+        SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
+    }
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks), (size_t)ctx->model.reference.slot_count));
+    SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
+    SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
+    return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
+}
+
+/* A grid that had been cleared gets the bricks of a block, in slots of their order. */
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
+{
+    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
+    int i, bricks = (int)springls__brick_count(g);
+    for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
+    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2], (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    g->slot_count = SPRINGLS__FIRST_SLOT + count;
+    g->free_count = 0;
+}
+
+/* The rest of what the model's grid keeps of a brick. */
+SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, int count)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < count; i++) {
+        int slot = SPRINGLS__FIRST_SLOT + i;
+        g->active[i] = slot;
+        g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
+        springls__fill(g->omega, slot, -1.0f); /* unknown */
+    }
+    memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
+    g->active_count = count;
+}
+
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
+        if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
+    if (s->has_neighbors && s->count) memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    if (s->locked) memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED], (size_t)s->locked * sizeof(double));
+    springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
+    for (i = 0; i < s->attributes; i++) {
+        springls__attribute *attribute = &ctx->attributes[i];
+        const springls__attribute_entry *row = &s->attribute[i];
+        memcpy(attribute->name, row->name, sizeof row->name);
+        attribute->channels = row->channels;
+        attribute->split = (springls_policy)row->split;
+        attribute->fill = (springls_policy)row->fill;
+        attribute->merge = (springls_policy)row->merge;
+        if (s->count) memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+    }
+    ctx->attribute_count = s->attributes;
+}
+
+/* The original surface; its hierarchy is built again. */
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    springls__surface *original = &ctx->original;
+    springls__grid_constants(ctx, &ctx->model.reference);
+    ctx->reference_stamp = 0;
+    springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    original->count = original->node_count = 0;
+    original->dipoles = NULL;
+    original->source = NULL;
+    if (s->original == 0) return;
+    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL], (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    springls__surface_finish(ctx, original, s->original);
+    original->given = s->given;
+    if (!s->has_source) return;
+    original->source = (int *)original->source_memory.data;
+    memcpy(original->source, block + layout->at[SPRINGLS__SECTION_SOURCE], (size_t)s->original * sizeof(int));
+}
+
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
+{
+    springls__snapshot_state s;
+    springls__layout layout;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!block) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "restore: the block is NULL");
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
+    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s));
+    springls__drop_step(ctx);
+    springls__host_anew(ctx);
+    ctx->model.params = s.params;
+    springls__model_constants(ctx);
+    springls__snapshot_take(ctx, &s, &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    ctx->model.set.count = s.count;
+    ctx->model.set.at_edges = s.at_edges;
+    ctx->model.set.next_id = s.next_id;
+    ctx->model.set.step = s.step;
+    ctx->time = s.time;
+    ctx->iteration = s.iteration;
+    ctx->stats = s.stats;
+    ctx->locked_count = s.locked;
+    springls__constellation_changed(ctx);
+    ctx->neighbors_age = s.neighbors_age;
+    return SPRINGLS_OK;
+}
