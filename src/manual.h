@@ -176,6 +176,21 @@
    the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
 
 
+   ATTRIBUTES
+
+   springls_add_attribute gives every springl some floats under a name; they follow through splits, fills and merges by the policies
+   of its springls_attribute_desc: COPY for labels, BLEND for what is continuous, SHARE for amounts. For colours, weights and the
+   like take BLEND, BLEND and, for merge, COPY: of two springls that merge the elder keeps place and correspondence, and so what
+   belongs to them. Blending means values with weights that are not negative and add up to 1, so a range is kept, and sums of
+   channels (bone weights) stay 1; of what curves over the original it takes a little off at each interpolation. What is known on
+   the mesh that was set need not be carried: springls_mesh_materials says where on it the vertices of an extracted mesh lie,
+   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_lookup takes the
+   values from there, which no number of steps wears off. springls_get_confidence says of each springl whether it is original,
+   split or filled, and how old. Attributes cost nothing when there are none, and change nothing about the model. With a backend
+   they live on the host, which at each resampling reads what it needs of the springls.
+   springls_combine, _combine_implicit, _offset, _smooth and _remesh keep attributes as they keep springls.
+
+
    VOLUME LOCK
 
    With volume_lock = 1 every step of SPRINGLS_FLUID and SPRINGLS_ELASTIC ends with each component's volume (of its marching
@@ -232,7 +247,6 @@
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
      - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
-     - Snapshots and attribute channels are not there yet.
 
 
    DEVIATIONS of springls_paper_params() from the paper
