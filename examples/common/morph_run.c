@@ -12,7 +12,7 @@
 
 enum { MARGIN = 5, LEAD_IN = 8 }; /* voxels around; steps from the neutral pose to the first frame */
 
-#define COINCIDE 0.1 /* voxels: the mean distance, both ways, below which the two are one */
+#define COINCIDE 0.125 /* voxels: the mean distance, both ways, below which the two are one */
 
 bool morph_fail(const char *format, ...)
 {
