@@ -33,7 +33,7 @@ PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
 KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
-ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c run_options.c segment*.c track*.c viewer*.c)))
+ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c morph*.c run_options.c segment*.c track*.c viewer*.c)))
 # What of that the atlas does without.
 NOT_ATLAS    := $(filter-out $(addprefix examples/common/,atlas%.c run_options.c segment_model.c),$(ON_SPRINGLS))
 EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c)) $(patsubst examples/%.cpp,build/%,$(wildcard examples/*.cpp))
@@ -51,7 +51,8 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions segmentation install format clean \
+.PHONY: help deps deps-demo deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions \
+        segmentation imaging install format clean \
         asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -60,11 +61,11 @@ help:   ## this list
 
 # ---- set-up: finds what is missing and installs it, saying so ----
 
-deps: deps-test deps-demo deps-opencl   ## install what demo and test need, where missing
+deps: deps-test deps-demo deps-display deps-opencl   ## install what demo and test need, where missing
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
+deps-demo deps-display deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -148,6 +149,7 @@ $(TEST_DIR)/test_engine: tests/test_engine.cc examples/engine_embed.cpp docs/eng
 test: deps-test   ## build and run tests/test_*.c, each a program of its own, on both backends
 	@without="Going on without: the tests that want these are skipped."; \
 	  if $(DEPS) demo; then with=1; else with=0; echo "$$without"; fi; \
+	  $(DEPS) display || echo "$$without"; \
 	  if $(DEPS) opencl; then opencl=1; else opencl=0; echo "$$without"; fi; \
 	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
 
@@ -206,10 +208,11 @@ compile-matrix: deps-matrix   ## both headers in every language, linkage and nam
 BENCH_SHARED  := tests/bench/runs.c tests/bench/table.c
 BENCH_HEADERS := $(wildcard tests/bench/*.h examples/common/*.h)
 
-build/bench/bench build/bench/paper build/bench/ablation build/bench/motions build/bench/segmentation: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
+build/bench/bench build/bench/paper build/bench/ablation build/bench/motions build/bench/segmentation build/bench/imaging: build/bench/%: $(BENCH_SHARED) $(BENCH_HEADERS) build/libcommon.a build/bench/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -o $@ $(filter %.c,$^) build/libcommon.a $(EXAMPLE_LIBS)
 build/bench/bench: tests/bench/bench.c
 build/bench/segmentation: tests/bench/segmentation.c
+build/bench/imaging: $(wildcard tests/bench/imaging*.c)
 build/bench/paper: $(wildcard tests/bench/paper*.c) springls.h
 build/bench/ablation build/bench/motions: build/bench/%: tests/bench/%.c tests/bench/motion.c springls.h
 
@@ -243,6 +246,17 @@ motions: deps-demo   ## the default parameters on motions with known answers (GR
 segmentation: deps-demo   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
 	@build/bench/segmentation $(ROWS)
+
+IMAGING_PROGRAMS := $(addprefix build/,segment register track4d atlas bench/prepare bench/imaging)
+quoted = $(if $(2),--$(1) '$(subst ','\'',$(2))')
+
+imaging: deps-demo   ## the imaging programs from end to end: one page (SPRINGLS_DATA; or IMAGE= LABELS= SERIES= ..., see docs/imaging.md)
+	@$(MAKE) --no-print-directory $(IMAGING_PROGRAMS)
+	@$(if $(filter 1,$(KEEP)),,rm -rf build/imaging)
+	@build/bench/imaging --templates $(patsubst %/,%,$(dir $(HEAD_SCAN))) $(call quoted,image,$(IMAGE)) $(call quoted,level,$(LEVEL)) \
+	  $(call quoted,labels,$(LABELS)) $(call quoted,label,$(LABEL)) $(call quoted,series,$(SERIES)) \
+	  $(call quoted,series-labels,$(SERIES_LABELS)) $(call quoted,landmarks,$(LANDMARKS)) $(call quoted,subjects,$(SUBJECTS)) \
+	  $(call quoted,backend,$(BACKEND)) $(if $(filter 1,$(KEEP)),--keep)
 
 # ---- the rest ----
 

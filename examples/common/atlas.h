@@ -59,7 +59,7 @@ struct atlas_subject {
     int steps;
 };
 
-/* "FILE" or "FILE:LABEL[+LABEL..]". images: folder with images of the same names, or the image itself, or NULL. landmarks:
+/* "FILE" or "FILE:LABEL[+LABEL..]", "mirror:" before it for its mirror image. images: folder with images of the same names, or the image itself, or NULL. landmarks:
  * folder with files NAME.csv of lines x,y,z, where the mesh or label map is called NAME.anything, or NULL. mirror: x -> -x
  * about the middle of the label map, or of the mesh's box. */
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject);
@@ -182,7 +182,7 @@ bool atlas_place_refine(const struct atlas_view *view, int modes, struct atlas_p
 
 struct atlas_segment_settings {
     struct cli_common common;
-    const char *image, *atlas, *reference, *label_text;
+    const char *image, *atlas, *reference, *label_text, *beside;
     double level, window[2], ramp, gvf, curvature, leash;
     int frame, modes, steps;
     bool dark, windowed;
@@ -208,12 +208,15 @@ struct atlas_segment {
     springls_context *ctx;
     struct atlas_mesh stages[ATLAS_STAGES], truth;
     struct atlas_stage results[ATLAS_STAGES];
+    struct atlas_stage without; /* another program's segmentation of the same image; name NULL: none */
     int *regions; /* of the result's vertices, by their correspondences */
     int steps, springls;
     bool at_rest;
     double seconds;
 };
 
+/* atlas_file.c. The report.json of build/segment: what one has without an atlas. */
+bool atlas_read_without(const char *path, struct atlas_stage *without);
 bool atlas_segment_run(struct atlas_segment *run);
 bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct volume *grid, uint8_t *mask); /* 1 inside */
 bool atlas_segment_output(const struct atlas_segment *run);

@@ -295,3 +295,19 @@ void atlas_free(struct atlas *atlas)
     free(atlas->spreads);
     memset(atlas, 0, sizeof *atlas);
 }
+
+bool atlas_read_without(const char *path, struct atlas_stage *without)
+{
+    char *text = read_text(path);
+    cJSON *report = text ? cJSON_Parse(text) : NULL;
+    const cJSON *compared = cJSON_GetObjectItemCaseSensitive(report, "against_reference");
+    const char *program = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(report, "program"));
+    const bool good = program && strcmp(program, "segment") == 0 && real(report, "seconds", 0.0, 1e9, &without->seconds);
+    without->name = "without atlas";
+    without->compared = good && real(compared, "dice", 0.0, 1.0, &without->dice)
+                     && real(compared, "mean_distance_mm", 0.0, 1e9, &without->mean_distance)
+                     && real(compared, "hd95_mm", 0.0, 1e9, &without->hd95);
+    cJSON_Delete(report);
+    free(text);
+    return good || atlas_fail("%s: not a report of segment on one object", path);
+}

@@ -14,18 +14,37 @@
 #include <stdlib.h>
 #include <string.h>
 
+static void print_stage(const struct atlas_stage *stage)
+{
+    printf("%-13s %6.1f s", stage->name, stage->seconds);
+    if (stage->compared) {
+        printf("   Dice %.4f, mean surface distance %.3f mm, HD95 %.3f mm", stage->dice, stage->mean_distance, stage->hd95);
+    }
+    putchar('\n');
+}
+
 static void print_summary(const struct atlas_segment *run)
 {
     for (int s = 0; s < ATLAS_STAGES; ++s) {
-        const struct atlas_stage *stage = &run->results[s];
-        printf("%-9s %6.1f s", stage->name, stage->seconds);
-        if (stage->compared) {
-            printf("   Dice %.4f, mean surface distance %.3f mm, HD95 %.3f mm", stage->dice, stage->mean_distance, stage->hd95);
-        }
-        putchar('\n');
+        print_stage(&run->results[s]);
+    }
+    if (run->without.name) {
+        print_stage(&run->without);
     }
     printf("%s after %d steps, %d springls\n", run->at_rest ? "springls at rest" : "step limit reached", run->steps,
            run->springls);
+}
+
+static void report_stage(struct json_writer *json, const char *key, const struct atlas_stage *stage)
+{
+    const double none = (double)NAN;
+    json_object_begin(json, key);
+    json_string(json, "name", stage->name);
+    json_number(json, "seconds", stage->seconds);
+    json_number(json, "dice", stage->compared ? stage->dice : none);
+    json_number(json, "mean_distance_mm", stage->compared ? stage->mean_distance : none);
+    json_number(json, "hd95_mm", stage->compared ? stage->hd95 : none);
+    json_object_end(json);
 }
 
 static bool report(const struct atlas_segment *run, const char *path)
@@ -55,17 +74,12 @@ static bool report(const struct atlas_segment *run, const char *path)
     json_string(&json, "label", set->label_text);
     json_array_begin(&json, "stages");
     for (int s = 0; s < ATLAS_STAGES; ++s) {
-        const struct atlas_stage *stage = &run->results[s];
-        const double none = (double)NAN;
-        json_object_begin(&json, NULL);
-        json_string(&json, "name", stage->name);
-        json_number(&json, "seconds", stage->seconds);
-        json_number(&json, "dice", stage->compared ? stage->dice : none);
-        json_number(&json, "mean_distance_mm", stage->compared ? stage->mean_distance : none);
-        json_number(&json, "hd95_mm", stage->compared ? stage->hd95 : none);
-        json_object_end(&json);
+        report_stage(&json, NULL, &run->results[s]);
     }
     json_array_end(&json);
+    if (run->without.name) {
+        report_stage(&json, "without_atlas", &run->without);
+    }
     json_number(&json, "seconds", run->seconds);
     json_string(&json, "backend", run_backend_name(run->backend));
     json_integer(&json, "threads", run_threads());

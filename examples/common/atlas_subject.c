@@ -247,6 +247,8 @@ bool atlas_label_surface(const char *path, const int *labels, int count, const c
 
 /* ---- subjects ---- */
 
+static const char *const mirror_prefix = "mirror:";
+
 static bool ends_with(const char *text, const char *end)
 {
     const size_t length = strlen(text), tail = strlen(end);
@@ -355,10 +357,14 @@ bool atlas_subject_read(const char *name, const char *images, const char *landma
 {
     char path[1024];
     int labels[ATLAS_MOST_LABELS], count = 0;
-    const char *colon = strrchr(name, ':');
-    const size_t length = colon ? (size_t)(colon - name) : strlen(name);
     memset(subject, 0, sizeof *subject);
     subject->name = name;
+    if (strncmp(name, mirror_prefix, strlen(mirror_prefix)) == 0) {
+        name += strlen(mirror_prefix);
+        mirror = !mirror;
+    }
+    const char *colon = strrchr(name, ':');
+    const size_t length = colon ? (size_t)(colon - name) : strlen(name);
     if (length >= sizeof path || (colon && (count = atlas_read_labels(colon + 1, labels)) < 0)) {
         return atlas_fail("%s: expected FILE or FILE:LABEL[+LABEL..]", name);
     }

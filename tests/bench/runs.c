@@ -15,7 +15,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { PATH_SIZE = 400, MOST_WORDS = 64, MOST_AT_ONCE = 16 };
+enum { PATH_SIZE = 400, MOST_WORDS = 400, MOST_AT_ONCE = 16 };
 
 static void write_words(char *text, size_t size, const char *format, va_list arguments)
 {
@@ -51,6 +51,35 @@ void run_add(struct run *run, const char *format, ...)
         write_words(run->command + used + 1, sizeof run->command - used - 1, format, arguments);
     }
     va_end(arguments);
+}
+
+const char *run_word(const char *text, char *word, size_t size)
+{
+    size_t used = 0;
+    for (; *text && used + 3 < size; ++text) {
+        if (*text == ' ' || *text == '\\') {
+            word[used++] = '\\';
+        }
+        word[used++] = *text;
+    }
+    word[used] = '\0';
+    return word;
+}
+
+/* Cuts the next word off, in place; NULL: no more. */
+static char *next_word(char **text)
+{
+    char *word = *text + strspn(*text, " "), *to = word, *from = word;
+    if (*word == '\0') {
+        return NULL;
+    }
+    while (*from && *from != ' ') {
+        from += *from == '\\' && from[1];
+        *to++ = *from++;
+    }
+    *text = *from ? from + 1 : from;
+    *to = '\0';
+    return word;
 }
 
 bool make_folder(const char *path)
@@ -126,7 +155,8 @@ static void become(const struct run *run, const struct run_options *options)
     char *argv[MOST_WORDS + 1];
     int count = 0;
     memcpy(words, run->command, sizeof words);
-    for (char *word = strtok(words, " "); word && count < MOST_WORDS; word = strtok(NULL, " ")) {
+    char *rest = words;
+    for (char *word = next_word(&rest); word && count < MOST_WORDS; word = next_word(&rest)) {
         argv[count++] = word;
     }
     argv[count] = NULL;

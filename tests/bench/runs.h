@@ -10,11 +10,11 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { RUN_NAME = 80, RUN_COMMAND = 600 };
+enum { RUN_NAME = 80, RUN_COMMAND = 4096 };
 
 struct run {
     char name[RUN_NAME];
-    char command[RUN_COMMAND]; /* words between single blanks; the first is the program's path */
+    char command[RUN_COMMAND]; /* words between blanks, as a shell has them: \ before a blank makes it part of a word */
     char *json;                /* NULL when it failed */
     int exit_status;           /* -1: killed */
     double wall, cpu;          /* seconds from start to end, and of processor time; 0 when an earlier result was kept */
@@ -31,6 +31,8 @@ struct run_options {
 void run_name(struct run *run, const char *format, ...);
 void run_command(struct run *run, const char *format, ...);
 void run_add(struct run *run, const char *format, ...); /* a blank and more words */
+/* Text that may hold blanks, as one word of a command; returns `word`. */
+const char *run_word(const char *text, char *word, size_t size);
 
 /* Does them all; the number of failures. A failure says so on stderr and names its log. */
 int runs_do(struct run *runs, int count, const struct run_options *options);

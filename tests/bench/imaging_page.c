@@ -1,0 +1,338 @@
+/* imaging_page.c - what make imaging has to show, from the JSON reports of its steps. */
+#include "imaging.h"
+#include "table.h"
+
+#include "examples/common/page.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { PAGE_PATH = 300 };
+
+/* One section of the page for each kind of step. */
+static const struct {
+    const char *heading, *text, *columns, *pictures[5];
+} sections[IMAGING_KINDS] = {
+    {"Images", "Made for this run.", "", {NULL}},
+    {"Segmentation: active contours of springls",
+     "From the paper's four starting shapes, or from a mask, until the springls are at rest. The level set column is the distance "
+     "from the same segmentation without springls.",
+     "Object|Steps|Springls, mean|Time, s|Dice at start|Dice|Mean distance, mm|HD95, mm|From a level set alone, mm",
+     {"film.png", "slices.png"}},
+    {"Registration: a displacement field and its inverse", "Symmetric log-domain diffeomorphic demons.",
+     "Images|RMS before|RMS after|Dice before|Dice after|Landmarks before, mm|after, mm|Smallest Jacobian|Inverse error, mm|Time, s",
+     {"before_after.png"}},
+    {"Tracking: springls carried through a sequence",
+     "One label becomes a model; every frame's displacement field moves it in one step of Algorithm 3. Nothing is resampled: springl i "
+     "is the same piece of the body in every frame. Errors are means over all frames; particles: every springl against the exact "
+     "motion, where that is known.",
+     "Sequence|Frames|Springls|Kept in all frames|Volume, ml|Dice, least|Landmarks, mm|voxels|Particles, mm|voxels|Mode 1|Time, s",
+     {"volume.png", "landmarks.png", "particles.png", "film.png", "modes.png"}},
+    {"Large steps: no CFL limit",
+     "One motion in 1, 2, 5 and 20 steps by Algorithm 3, and by level sets without springls. Errors in voxels against the exactly moved "
+     "surface.",
+     "Method|Steps|Longest step|Surface, mean|HD95|Largest|Volume|Tracking, mean|Time, s", {"large_steps.png"}},
+    {"Atlas: point distribution models", "Springls deformed to each subject are the correspondences. Pictures: the mean shape and modes at "
+     "-2, 0 and +2 deviations; subjects, where equal colours correspond; compactness, generalisation (leave one out), specificity.",
+     "Model|Subjects|Vertices|Modes|Mode 1|Generalisation, mm|Specificity, mm|Model to subjects, mm|Correspondence error, mm|voxels|Time, s",
+     {"modes.png", "curves.png", "subjects.png"}},
+    {"Segmentation by an atlas", "Distances after each stage: the atlas's mean shape placed, pose, modes, springls. Times count from the "
+     "start. Without atlas: an active contour on the same image.",
+     "Stage|Time, s|Dice|Mean distance, mm|HD95, mm", {"stages.png", "slices.png"}},
+};
+
+/* ---- rows ---- */
+
+/* The least and the largest of a member of the report's "frames". */
+static void range_of_frames(const struct run *run, const char *key, double *least, double *most)
+{
+    cJSON *report = run->json ? cJSON_Parse(run->json) : NULL;
+    const cJSON *frame;
+    *least = *most = (double)NAN;
+    cJSON_ArrayForEach(frame, cJSON_GetObjectItem(report, "frames"))
+    {
+        const cJSON *value = cJSON_GetObjectItem(frame, key);
+        if (cJSON_IsNumber(value)) {
+            *least = fmin(*least, value->valuedouble); /* NAN gives way */
+            *most = fmax(*most, value->valuedouble);
+        }
+    }
+    cJSON_Delete(report);
+}
+
+static int size_of(const struct run *run, const char *key)
+{
+    cJSON *report = run->json ? cJSON_Parse(run->json) : NULL;
+    const int size = cJSON_GetArraySize(cJSON_GetObjectItem(report, key));
+    cJSON_Delete(report);
+    return size;
+}
+
+static void row_segment(struct table *table, const struct run *run, const char *title)
+{
+    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s", title, run_cell(run, "%.0f", "steps"), run_cell(run, "%.0f", "springls_mean"),
+              run_cell(run, "%.1f", "seconds"), run_cell(run, "%.3f", "against_reference.start_dice"),
+              run_cell(run, "%.3f", "against_reference.dice"), run_cell(run, "%.2f", "against_reference.mean_distance_mm"),
+              run_cell(run, "%.1f", "against_reference.hd95_mm"),
+              cell2("%.2f +- %.2f", run_number(run, "against_level_set.mean_distance_mm"),
+                    run_number(run, "against_level_set.deviation_mm")));
+}
+
+static void row_register(struct table *table, const struct run *run, const char *title)
+{
+    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", title, run_cell(run, "%.3f", "rms_before"), run_cell(run, "%.3f", "rms_after"),
+              run_cell(run, "%.3f", "dice_before"), run_cell(run, "%.3f", "dice_after"),
+              run_cell(run, "%.1f", "points_before_mm.mean"), run_cell(run, "%.1f", "points_after_mm.mean"),
+              run_cell(run, "%.3f", "jacobian_min"), run_cell(run, "%.3f", "inverse_error_mm.mean"), run_cell(run, "%.1f", "seconds"));
+}
+
+static void row_track(struct table *table, const struct run *run, const char *title)
+{
+    double kept, volume[2], dice, most, modes[8];
+    range_of_frames(run, "springls_kept", &kept, &most);
+    range_of_frames(run, "volume_ml", &volume[0], &volume[1]);
+    range_of_frames(run, "dice", &dice, &most);
+    const int mode_count = run_numbers(run, "variance_of_modes", modes, 8);
+    table_row(table, "%s|%d|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", title, size_of(run, "frames"), run_cell(run, "%.0f", "springls"),
+              cell("%.0f", kept), cell2("%.0f to %.0f", volume[0], volume[1]), cell("%.3f", dice),
+              run_cell(run, "%.2f", "landmarks_mean_mm"), run_cell(run, "%.3f", "landmarks_mean_voxels"),
+              run_cell(run, "%.4f", "particles_mean_mm"), run_cell(run, "%.4f", "particles_mean_voxels"),
+              cell("%.0f %%", mode_count > 0 ? 100.0 * modes[0] : (double)NAN), run_cell(run, "%.0f", "seconds"));
+}
+
+static double number_in(const cJSON *object, const char *key)
+{
+    const cJSON *value = cJSON_GetObjectItem(object, key);
+    return cJSON_IsNumber(value) ? value->valuedouble : (double)NAN;
+}
+
+static const char *text_in(const cJSON *object, const char *key)
+{
+    const char *text = cJSON_GetStringValue(cJSON_GetObjectItem(object, key));
+    return text ? text : "-";
+}
+
+static void rows_large_steps(struct table *table, const struct run *run)
+{
+    cJSON *report = run->json ? cJSON_Parse(run->json) : NULL;
+    const cJSON *one;
+    cJSON_ArrayForEach(one, cJSON_GetObjectItem(report, "runs"))
+    {
+        table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s", text_in(one, "method"), cell("%.0f", number_in(one, "steps")),
+                  cell("%.2f", number_in(one, "longest_step_voxels")), cell("%.3f", number_in(one, "surface_mean_voxels")),
+                  cell("%.3f", number_in(one, "surface_hd95_voxels")), cell("%.2f", number_in(one, "surface_max_voxels")),
+                  cell("%+.2f %%", number_in(one, "volume_error_percent")), cell("%.4f", number_in(one, "tracking_mean_voxels")),
+                  cell("%.1f", number_in(one, "seconds")));
+    }
+    cJSON_Delete(report);
+}
+
+static void row_build(struct table *table, const struct run *run, const char *title)
+{
+    double compact[64], general[64], specific[64];
+    const int modes = run_numbers(run, "compactness", compact, 64);
+    const int known = run_numbers(run, "generalisation_mm", general, 64) == modes
+                   && run_numbers(run, "specificity_mm", specific, 64) == modes ? modes : 0;
+    const double none = (double)NAN;
+    table_row(table, "%s|%d|%s|%s|%s|%s|%s|%s|%s|%s|%s", title, size_of(run, "subjects"), run_cell(run, "%.0f", "vertices"),
+              run_cell(run, "%.0f", "modes"), cell("%.0f %%", known ? 100.0 * compact[0] : none),
+              cell("%.2f", known ? general[known - 1] : none), cell("%.2f", known ? specific[known - 1] : none),
+              run_cell(run, "%.3f", "mean_distance_mm"),
+              cell2("%.2f +- %.2f", run_number(run, "against_true_correspondences.mean_mm"),
+                    run_number(run, "against_true_correspondences.std_mm")),
+              run_cell(run, "%.2f", "against_true_correspondences.mean_voxels"), run_cell(run, "%.1f", "seconds"));
+}
+
+static void stage_row(struct table *table, const char *title, const cJSON *stage)
+{
+    table_row(table, "%s%s|%s|%s|%s|%s", title, text_in(stage, "name"), cell("%.1f", number_in(stage, "seconds")),
+              cell("%.3f", number_in(stage, "dice")), cell("%.2f", number_in(stage, "mean_distance_mm")),
+              cell("%.1f", number_in(stage, "hd95_mm")));
+}
+
+static void rows_atlas(struct table *table, const struct run *run, const char *title)
+{
+    char before[TABLE_CELL];
+    cJSON *report = run->json ? cJSON_Parse(run->json) : NULL;
+    const cJSON *stage, *beside = cJSON_GetObjectItem(report, "without_atlas");
+    snprintf(before, sizeof before, "%.70s: ", title);
+    cJSON_ArrayForEach(stage, cJSON_GetObjectItem(report, "stages"))
+    {
+        stage_row(table, before, stage);
+    }
+    if (cJSON_IsObject(beside)) {
+        stage_row(table, before, beside);
+    }
+    cJSON_Delete(report);
+}
+
+static void make_table(const struct imaging *imaging, enum imaging_kind kind, struct table *table)
+{
+    table_begin(table);
+    table_row(table, "%s", sections[kind].columns);
+    for (int s = 0; s < imaging->count; ++s) {
+        const struct run *run = &imaging->runs[s];
+        const char *title = imaging->steps[s].title;
+        if (imaging->steps[s].kind != kind || !run->json) {
+            continue;
+        }
+        switch (kind) {
+        case IMAGING_SEGMENT: row_segment(table, run, title); break;
+        case IMAGING_REGISTER: row_register(table, run, title); break;
+        case IMAGING_TRACK: row_track(table, run, title); break;
+        case IMAGING_LARGE_STEPS: rows_large_steps(table, run); break;
+        case IMAGING_BUILD: row_build(table, run, title); break;
+        case IMAGING_ATLAS: rows_atlas(table, run, title); break;
+        default: break;
+        }
+    }
+}
+
+/* ---- the page ---- */
+
+static void show_table(struct page *page, const struct table *table)
+{
+    page_table_begin(page);
+    for (int r = 0; r < table->rows; ++r) {
+        const char *cells[TABLE_COLUMNS];
+        for (int c = 0; c < table->columns; ++c) {
+            cells[c] = table->cells[r][c];
+        }
+        page_row(page, r == 0, cells, table->columns);
+    }
+    page_table_end(page);
+}
+
+/* What the program said last: one line. */
+static void last_line(const struct run *run, char *line, size_t size)
+{
+    char path[PAGE_PATH];
+    snprintf(path, sizeof path, "%s/runs/%s.log", imaging_folder, run->name);
+    char *text = read_whole_file(path), *end = text ? text + strlen(text) : NULL;
+    while (end && end > text && end[-1] == '\n') {
+        *--end = '\0';
+    }
+    const char *begin = text ? strrchr(text, '\n') : NULL;
+    snprintf(line, size, "%s", begin ? begin + 1 : text ? text : "");
+    free(text);
+}
+
+static void show_failure(struct page *page, const struct run *run)
+{
+    char line[400], text[500];
+    last_line(run, line, sizeof line);
+    snprintf(text, sizeof text, "Failed (exit status %d): %s", run->exit_status, line);
+    page_failure(page, text);
+}
+
+static void show_pictures(struct page *page, const struct run *run, enum imaging_kind kind)
+{
+    char path[2 * PAGE_PATH], source[PAGE_PATH];
+    for (int p = 0; p < 5 && sections[kind].pictures[p]; ++p) {
+        snprintf(source, sizeof source, "%s/%s", run->name, sections[kind].pictures[p]);
+        snprintf(path, sizeof path, "%s/%s", imaging_folder, source);
+        if (access(path, R_OK) == 0) {
+            page_picture(page, source, sections[kind].pictures[p]);
+        }
+    }
+}
+
+static void show_section(struct page *page, const struct imaging *imaging, enum imaging_kind kind)
+{
+    static struct table table;
+    int here = 0;
+    for (int s = 0; s < imaging->count; ++s) {
+        here += imaging->steps[s].kind == kind;
+    }
+    if (here == 0) {
+        return;
+    }
+    page_heading(page, 2, sections[kind].heading);
+    page_text(page, sections[kind].text);
+    make_table(imaging, kind, &table);
+    if (table.rows > 1) {
+        show_table(page, &table);
+    }
+    for (int s = 0; s < imaging->count; ++s) {
+        const struct run *run = &imaging->runs[s];
+        if (imaging->steps[s].kind == kind) {
+            page_heading(page, 3, imaging->steps[s].title);
+            page_code(page, run->command);
+            if (run->json) {
+                show_pictures(page, run, kind);
+            } else {
+                show_failure(page, run);
+            }
+        }
+    }
+}
+
+static void file_path(const char *name, char path[PAGE_PATH])
+{
+    snprintf(path, PAGE_PATH, "%s/%s", imaging_folder, name);
+}
+
+bool imaging_write_page(const struct imaging *imaging)
+{
+    struct page page;
+    char path[PAGE_PATH], text[200];
+    file_path("index.html", path);
+    if (!page_open(&page, path, "springls: an imaging pipeline")) {
+        return false;
+    }
+    page_text(&page, imaging->about);
+    if (imaging->failures > 0) {
+        snprintf(text, sizeof text, "%d of %d steps failed.", imaging->failures, imaging->count);
+        page_failure(&page, text);
+    }
+    for (enum imaging_kind kind = IMAGING_SEGMENT; kind < IMAGING_KINDS; ++kind) {
+        show_section(&page, imaging, kind);
+    }
+    show_section(&page, imaging, IMAGING_PREPARE);
+    return page_close(&page);
+}
+
+bool imaging_write_report(const struct imaging *imaging)
+{
+    static struct table table;
+    struct json_writer json;
+    char path[PAGE_PATH], line[400];
+    file_path("report.json", path);
+    if (!json_open(&json, path)) {
+        return false;
+    }
+    json_object_begin(&json, NULL);
+    json_string(&json, "program", "imaging");
+    json_string(&json, "data", imaging->about);
+    json_integer(&json, "failures", imaging->failures);
+    json_array_begin(&json, "steps");
+    for (int s = 0; s < imaging->count; ++s) {
+        const struct run *run = &imaging->runs[s];
+        json_object_begin(&json, NULL);
+        json_string(&json, "name", run->name);
+        json_string(&json, "title", imaging->steps[s].title);
+        json_string(&json, "command", run->command);
+        json_integer(&json, "exit_status", run->exit_status);
+        json_number(&json, "wall_seconds", run->wall);
+        json_ready(&json, "report", run->json);
+        if (!run->json) {
+            last_line(run, line, sizeof line);
+            json_string(&json, "said", line);
+        }
+        json_object_end(&json);
+    }
+    json_array_end(&json);
+    json_array_begin(&json, "tables");
+    for (enum imaging_kind kind = IMAGING_SEGMENT; kind < IMAGING_KINDS; ++kind) {
+        make_table(imaging, kind, &table);
+        if (table.rows > 1) {
+            table_json(&table, &json, sections[kind].heading);
+        }
+    }
+    json_array_end(&json);
+    json_object_end(&json);
+    return json_close(&json);
+}
