@@ -35,7 +35,7 @@ static bool draw_mesh(const springls_mesh *mesh, const float *positions, const f
 /* One camera for all frames. */
 static struct raycast_camera film_camera(const struct morph *morph, float aspect)
 {
-    static const float towards[3] = {0.45f, 0.12f, 1.0f}, upwards[3] = {0.0f, 1.0f, 0.0f};
+    static const float upwards[3] = {0.0f, 1.0f, 0.0f};
     float corners[24];
     for (int k = 0; k < 8; ++k) { /* of the box around all frames */
         for (int i = 0; i < 3; ++i) {
@@ -46,7 +46,7 @@ static struct raycast_camera film_camera(const struct morph *morph, float aspect
             corners[3 * k + i] = (k >> i) & 1 ? hi[i] : lo[i];
         }
     }
-    return raycast_frame_points(corners, 8, towards, upwards, 25.0f, aspect);
+    return raycast_frame_points(corners, 8, morph->settings.view, upwards, 25.0f, aspect);
 }
 
 static bool write_strip(const struct morph *morph, const struct image *film, const char *path)
@@ -187,6 +187,13 @@ bool morph_report(const struct morph *morph, const char *path)
     json_string(&json, "animation", morph->target.character.animations[morph->animation].name);
     json_string(&json, "joints_paired_by", morph->mapped_by);
     json_integer(&json, "joints_paired", morph->pairs);
+    json_object_begin(&json, "joints");
+    for (int j = 0; j < morph->source.character.joint_count; ++j) {
+        if (morph->map[j] >= 0) {
+            json_string(&json, morph->source.character.joints[j].name, morph->target.character.joints[morph->map[j]].name);
+        }
+    }
+    json_object_end(&json);
     json_array_begin(&json, "grid");
     for (int k = 0; k < 3; ++k) {
         json_integer(&json, NULL, morph->grid.size[k]);
@@ -212,6 +219,8 @@ bool morph_report(const struct morph *morph, const char *path)
     json_number(&json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
     json_number(&json, "distance_max_voxels", morph->end.max / voxel);
     json_number(&json, "weights_from_targets_own_mean_l1", morph->weight_difference);
+    json_number(&json, "channel_weight_sum_error_max", morph->channel_sum_error);
+    json_number(&json, "channel_weights_from_looked_up_mean_l1", morph->channel_difference);
     json_number(&json, "seconds_a_frame", s.seconds);
     json_number(&json, "seconds_a_frame_skinning", s.skinning);
     json_number(&json, "seconds_a_frame_contour", s.contour);
