@@ -4,7 +4,7 @@
  *   rig       a body without bones gets a donor's skeleton and weights by heat (morph_rig.c)
  *   solid     each becomes a closed body on one grid (morph_solid.c)
  *   run       a frame: linear blend skinning by Algorithm 3, then active contours towards the posed target (morph_run.c)
- *   output    pictures, glTF, report (morph_output.c) */
+ *   output    glTF (morph_gltf.c), pictures and report (morph_output.c) */
 #ifndef EXAMPLES_COMMON_MORPH_H
 #define EXAMPLES_COMMON_MORPH_H
 
@@ -114,7 +114,8 @@ void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* --weights: that alone, with pictures, glTF and report */
 bool morph_prepare(struct morph *morph);
 bool morph_run(struct morph *morph);
-bool morph_write(const struct morph *morph);
+bool morph_write(const struct morph *morph); /* all files of --out */
+bool morph_write_gltf(const struct morph *morph);
 bool morph_report(const struct morph *morph, const char *path);
 void morph_print(const struct morph *morph);
 void morph_free(struct morph *morph);

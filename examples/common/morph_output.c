@@ -1,8 +1,7 @@
-/* morph_output.c - pictures, glTF files, report and summary of a morph. */
+/* morph_output.c - pictures, report and summary of a morph. */
 #include "morph.h"
 
 #include "apng.h"
-#include "gltf_write.h"
 #include "json.h"
 #include "progress.h"
 #include "raycast.h"
@@ -93,32 +92,9 @@ static bool write_film(const struct morph *morph, const char *out)
     return good || morph_fail("%s: the pictures cannot be written", out);
 }
 
-/* ---- glTF ---- */
-
-static bool write_sequence(const struct morph *morph, const char *out)
-{
-    char path[1200];
-    struct gltf_mesh *meshes = calloc((size_t)morph->frame_count, sizeof *meshes);
-    for (int f = 0; meshes && f < morph->frame_count; ++f) {
-        const struct morph_frame *frame = &morph->frames[f];
-        meshes[f].positions = frame->mesh.positions;
-        meshes[f].normals = frame->mesh.normals;
-        meshes[f].uvs = frame->uvs;
-        meshes[f].colors = frame->colors;
-        meshes[f].triangles = frame->mesh.triangles;
-        meshes[f].vertex_count = frame->mesh.vertex_count;
-        meshes[f].triangle_count = frame->mesh.triangle_count;
-    }
-    const bool good = meshes
-                      && gltf_write_sequence(run_path(out, "morph.glb", path, sizeof path), meshes, morph->frame_count,
-                                             morph->settings.fps);
-    free(meshes);
-    return good || morph_fail("%s/morph.glb cannot be written", out);
-}
-
 bool morph_write(const struct morph *morph)
 {
-    return write_sequence(morph, morph->settings.common.out) && write_film(morph, morph->settings.common.out);
+    return morph_write_gltf(morph) && write_film(morph, morph->settings.common.out);
 }
 
 /* ---- report ---- */
