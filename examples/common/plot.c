@@ -12,6 +12,7 @@ enum { MAX_TICKS = 24, MARGIN_TOP = 44, MARGIN_RIGHT = 28, MARGIN_BOTTOM = 58, M
 
 struct axis {
     bool logarithmic;
+    bool fractions; /* some value is not a whole number: frames and modes are counted in whole steps */
     double lo, hi; /* in log10 units on a logarithmic axis */
     double ticks[MAX_TICKS];
     int tick_count;
@@ -35,6 +36,7 @@ static void axis_include(struct axis *axis, double v)
     if (isfinite(a)) {
         axis->lo = fmin(axis->lo, a);
         axis->hi = fmax(axis->hi, a);
+        axis->fractions = axis->fractions || a != floor(a);
     }
 }
 
@@ -70,7 +72,7 @@ static void axis_finish(struct axis *axis, int wanted)
         }
         return;
     }
-    const double step = round_step(axis->hi - axis->lo, wanted);
+    const double round = round_step(axis->hi - axis->lo, wanted), step = axis->fractions ? round : fmax(1.0, round);
     axis->lo = step * floor(axis->lo / step + 1e-9);
     axis->hi = step * ceil(axis->hi / step - 1e-9);
     for (int i = 0; i < MAX_TICKS && axis->lo + i * step <= axis->hi + 0.5 * step; ++i) {

@@ -107,7 +107,6 @@ int segment_choose_levels(const struct segment *run);
 float segment_choose_side(const struct segment *run); /* of the finest grid's voxels, mm */
 void segment_map_back(struct segment *run); /* distances in mm and the mask on the image's grid */
 float segment_fastest(const struct segment *run); /* voxels a unit of time */
-bool segment_at_rest(float moving, double volume, double *before); /* `before`: volume at the last look, kept here */
 float segment_still(const struct segment *run); /* what has moved less in SEGMENT_LOOK_EVERY steps is at rest, voxels */
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse); /* `coarse` receives the grid before */
 

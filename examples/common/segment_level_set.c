@@ -6,6 +6,7 @@
 #include "level_set.h"
 #include "progress.h"
 #include "segment_image.h"
+#include "segment_model.h"
 
 #include <math.h>
 #include <stdlib.h>

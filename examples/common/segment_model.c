@@ -116,3 +116,10 @@ void segment_watch_free(struct segment_watch *watch)
     free(watch->particles);
     memset(watch, 0, sizeof *watch);
 }
+
+bool segment_at_rest(float moving, double volume, double *before)
+{
+    const double change = fabs(volume - *before);
+    *before = volume;
+    return moving < 0.02f && change < 0.002 * volume;
+}

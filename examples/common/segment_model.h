@@ -26,4 +26,10 @@ struct segment_watch {
 bool segment_watch_look(struct segment_watch *watch, const springls_context *ctx, float still, float *moving);
 void segment_watch_free(struct segment_watch *watch);
 
+/* Springls are at rest when fewer than 2 % of them still move: the share falls from 1 to .05 in 20 steps of a grid, on bones
+ * and a brain, and never becomes 0, because parts thinner than a voxel come and go. What still grows along a thin object, a
+ * spine for instance, does so with few springls: so neither may the volume change by more than 0.2 % from one look to the
+ * next. *before: the volume at the last look; becomes that of this one. */
+bool segment_at_rest(float moving, double volume, double *before);
+
 #endif

@@ -13,11 +13,8 @@
 
 enum { MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
 
-/* Springls are at rest when fewer than this share of them still moves, with more than this part of the speed at full
- * pressure. Measured on bones and a brain: the share falls from 1 to .05 in 20 steps of a grid. It never becomes 0: parts
- * thinner than a voxel come and go. What still grows along a thin object, a spine for instance, does so with few springls:
- * so neither may the volume still change by more than this share between two looks. */
-static const float rest_share = 0.02f, rest_speed = 0.05f, rest_volume = 0.002f;
+/* A springl that still moves has more than this part of the speed at full pressure. */
+static const float rest_speed = 0.05f;
 
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
 {
@@ -51,13 +48,6 @@ static bool take_frame(struct segment *run)
 }
 
 float segment_fastest(const struct segment *run) { return 1.0f + (float)run->settings.gvf; }
-
-bool segment_at_rest(float moving, double volume, double *before)
-{
-    const double change = fabs(volume - *before);
-    *before = volume;
-    return moving < rest_share && change < (double)rest_volume * volume;
-}
 
 float segment_still(const struct segment *run)
 {
@@ -106,7 +96,7 @@ static bool settle(struct segment *run, struct progress *bar)
     step.stop_at_topology = run->params.topology == SPRINGLS_TOPOLOGY_PRESERVED; /* eq. 24-25 */
 
     result->at_rest = false;
-    fine = fine && (segment_watch_look(&watch, run->ctx, 0.0f, &result->moving) || segment_no_memory());
+    fine = fine && look(run, &watch, &volume);
     for (int s = 1; fine && s <= set->steps && !result->at_rest && springls_count(run->ctx) > 0; ++s) {
         char note[64];
         fine = segment_check(run->ctx, springls_step(run->ctx, &step), "step");

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PUSH_SPEED 30.0f    /* voxels a second */
+#define PUSH_SPEED 1.0f     /* radii of the brush a second */
 #define SMOOTH_SPEED 60.0f  /* full steps a second */
 #define SLAB 3.0f           /* voxels that a cut takes away */
 #define BRUSH_LEAST 3.0f    /* voxels: below, phi does not show what the brush does */
@@ -26,6 +26,7 @@ const char viewer_manual[] =
     "5 cut          a slab along the stroke; shift: all to the right of it\n"
     "6 merge        click: a ball, drag it; enter: merge, escape: not\n"
     "V              next view: surface, springls, texture, wireframe\n"
+    "ctrl Z, ctrl Y undo, redo\n"
     "ctrl S         save; drop a file: load it (tool merge: to merge)\n"
     "R begin again, F whole body in view, H this help, Q quit\n";
 
@@ -59,6 +60,7 @@ static bool begin(struct viewer_app *app, const springls_desc *desc, const char 
     const bool good = path ? viewer_model_file(&app->model, desc, path) : viewer_model_ball(&app->model, desc);
     if (done(app, good)) {
         viewer_model_free(&app->second);
+        viewer_history_clear(&app->history);
         app->brush.radius = 0.08f * app->model.voxel * (float)app->model.grid;
         app->hand = VIEWER_IDLE;
         app->hover = false;
@@ -76,6 +78,7 @@ bool viewer_app_open(struct viewer_app *app, const springls_desc *desc, int widt
 
 void viewer_app_close(struct viewer_app *app)
 {
+    viewer_history_clear(&app->history);
     viewer_model_free(&app->model);
     viewer_model_free(&app->second);
 }
@@ -147,7 +150,7 @@ static bool place_second(struct viewer_app *app, const char *path)
 static void merge_second(struct viewer_app *app)
 {
     if (app->second.ctx) {
-        done(app, viewer_merge(&app->model, &app->second, app->offset));
+        done(app, viewer_history_keep(&app->history, &app->model) && viewer_merge(&app->model, &app->second, app->offset));
         viewer_model_free(&app->second);
         app->message[0] = '\0';
     }
@@ -188,7 +191,7 @@ static void let_go(struct viewer_app *app)
         const struct viewer_ray from = ray_at(app, app->stroke), to = ray_at(app, app->stroke + 2);
         struct viewer_cut cut;
         if (viewer_cut_between(&from, &to, SLAB * app->model.voxel, (app->modifiers & VIEWER_SHIFT) != 0, &cut)) {
-            done(app, viewer_subtract(&app->model, &cut));
+            done(app, viewer_history_keep(&app->history, &app->model) && viewer_subtract(&app->model, &cut));
         }
     }
     app->hand = VIEWER_IDLE;
@@ -204,6 +207,7 @@ void viewer_app_button(struct viewer_app *app, int button, bool down, int modifi
         app->modifiers = modifiers;
         if (button == VIEWER_LEFT) {
             app->message[0] = '\0';
+            app->kept = false;
             app->hand = take_hold(app) ? VIEWER_WORK : VIEWER_ORBIT;
         } else {
             app->hand = button == VIEWER_MIDDLE || modifiers & VIEWER_SHIFT ? VIEWER_PAN : VIEWER_ORBIT;
@@ -265,6 +269,16 @@ static void save(struct viewer_app *app)
     }
 }
 
+/* Not while a hand is at work. */
+static void go_back(struct viewer_app *app, bool forward)
+{
+    if (app->hand == VIEWER_IDLE) {
+        const bool good = forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
+        say(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
+        look_under_pointer(app);
+    }
+}
+
 void viewer_app_key(struct viewer_app *app, int key, int modifiers)
 {
     ++app->looks;
@@ -283,6 +297,12 @@ void viewer_app_key(struct viewer_app *app, int key, int modifiers)
     case 'S':
         if (modifiers & VIEWER_CTRL) {
             save(app);
+        }
+        break;
+    case 'Z':
+    case 'Y':
+        if (modifiers & VIEWER_CTRL) {
+            go_back(app, key == 'Y' || modifiers & VIEWER_SHIFT);
         }
         break;
     case VIEWER_ENTER: merge_second(app); break;
@@ -344,7 +364,7 @@ static bool use_tool(struct viewer_app *app, float seconds)
         return true;
     }
     const struct viewer_brush *brush = whole ? NULL : &app->brush;
-    const float way = fminf(PUSH_SPEED * seconds * app->model.voxel, viewer_reach(&app->model, &app->brush));
+    const float way = fminf(PUSH_SPEED * seconds * app->brush.radius, viewer_reach(&app->model, &app->brush));
     switch (app->tool) {
     case VIEWER_PUSH: return viewer_push(&app->model, &app->brush, shift ? way : -way);
     case VIEWER_INFLATE: return viewer_inflate(&app->model, brush, shift ? -way : way);
@@ -360,6 +380,7 @@ bool viewer_app_busy(const struct viewer_app *app)
 void viewer_app_work(struct viewer_app *app, double seconds)
 {
     if (works(app)) {
+        app->kept = app->kept || done(app, viewer_history_keep(&app->history, &app->model));
         done(app, use_tool(app, (float)seconds));
     } else if (!viewer_model_at_rest(&app->model)) {
         done(app, viewer_model_settle(&app->model));

@@ -14,9 +14,13 @@ struct viewer_model {
     float voxel;        /* world units */
     float middle[3];    /* of the grid */
     float lower[3], upper[3]; /* box of the body as it was made: what its texture hangs on */
+    int colors;         /* the attribute with the mesh's colours; -1: it had none */
     int unsettled;      /* steps without a force that are still due */
     unsigned version;   /* grows with every change */
     double step_seconds; /* of the last step */
+    springls_chunks *chunks;    /* what viewer_model_chunks has told; NULL: nothing yet */
+    bool chunks_with_material;
+    unsigned telling;           /* another number: all chunks are told anew */
     char error[VIEWER_TEXT];
 };
 
@@ -41,5 +45,16 @@ bool viewer_model_step(struct viewer_model *model, const springls_forces *forces
 /* Without a force: springls that a tool has moved find their rest, gaps are filled. */
 bool viewer_model_settle(struct viewer_model *model);
 bool viewer_model_at_rest(const struct viewer_model *model);
+
+/* Chunks of the surface that have changed since the last call. When model->telling changes, those told before are void:
+ * with another model, or when `material` (correspondences) is asked for or no longer. */
+bool viewer_model_chunks(struct viewer_model *model, bool material, const springls_chunk **changed, int *count);
+
+/* After springls_restore: the model is another one, and at rest. */
+void viewer_model_restored(struct viewer_model *model);
+
+/* The colours that springls have carried from the mesh, 3 floats a vertex of a mesh just extracted; free them. NULL: it had
+ * none, or there is no memory for them. */
+float *viewer_model_colors(struct viewer_model *model, const springls_mesh *mesh);
 
 #endif
