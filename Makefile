@@ -36,7 +36,7 @@ COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examp
 ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c morph*.c run_options.c segment*.c track*.c viewer*.c)))
 # What of that the atlas does without.
 NOT_ATLAS    := $(filter-out $(addprefix examples/common/,atlas%.c run_options.c segment_model.c),$(ON_SPRINGLS))
-EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
+EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c)) $(patsubst examples/%.cpp,build/%,$(wildcard examples/*.cpp))
 # Tests have OpenCL where its headers are; the parts have no text for it.
 OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
@@ -108,6 +108,10 @@ build/libcommon.a: $(COMMON)
 build/%: examples/%.c springls.h springls_cl.h build/libcommon.a build/common/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF build/$*.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
 
+# C++17, as engines are written.
+build/%: examples/%.cpp springls.h build/common/settings
+	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/$*.d -o $@ $< -lm -pthread
+
 examples: $(EXAMPLES)   ## build every program of examples/ into build/
 
 HEAD_SCAN  ?= /usr/share/mricron/templates/ch2bet.nii.gz
@@ -135,6 +139,12 @@ endif
 
 $(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
 	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
+
+# The engine's game loop, and the code of docs/engine.md, as a C++ program of their own; with threads, so under every sanitizer.
+TESTS += $(TEST_DIR)/test_engine
+$(TEST_DIR)/test_engine: tests/test_engine.cc examples/engine_embed.cpp docs/engine.md springls.h $(TEST_DIR)/settings
+	@sed -n '/^```cpp/,/^```$$/{/^```/!p}' docs/engine.md > $(TEST_DIR)/engine_sample.h
+	$(SAY)$(CXX) $(filter-out -std=c99,$(TEST_FLAGS)) -std=c++17 $(SANITIZE) -I. -Itests -I$(TEST_DIR) -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
 
 test: deps-test   ## build and run tests/test_*.c, each a program of its own, on both backends
 	@without="Going on without: the tests that want these are skipped."; \
@@ -214,10 +224,10 @@ build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/setting
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
 	  -Wl,--copy-dt-needed-entries $(EXAMPLE_LIBS) -lopenvdb -ltbb
 
-BENCH_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,bench memory openvdb_advection)
+BENCH_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,bench memory frames openvdb_advection)
 PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
 
-bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time (GRID=128; ONLY=opencl)
+bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames (GRID=128; ONLY=opencl, ONLY=frames)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" build/bench/bench
 

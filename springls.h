@@ -13268,7 +13268,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__fill_gaps(ctx));
+        SPRINGLS__TRY(springls__whole(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
@@ -13283,7 +13283,7 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__project_level_set(ctx));
+    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
@@ -13317,7 +13317,9 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    if (springls__use_host(other, false) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (springls__finish_step(other) != SPRINGLS_OK || springls__use_host(other, false) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
 }
@@ -13329,6 +13331,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;
@@ -13640,6 +13643,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     if (!(springls__fabs(job.offset) < 1e4f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
     springls__surface_free(ctx, &job.level);
@@ -13664,6 +13668,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!(voxels >= 0.0f && voxels < 1e3f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
     duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
@@ -13692,12 +13697,11 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
-        SPRINGLS__TRY(springls__relax(ctx));
-        springls__sample_phi(ctx);
-        SPRINGLS__TRY(springls__contract(ctx));
+        SPRINGLS__TRY(springls__whole(ctx, springls__relax));
+        SPRINGLS__TRY(springls__whole(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__project_level_set(ctx));
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
@@ -13706,6 +13710,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }
@@ -13869,7 +13874,7 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
     const springls__chunk_job *job = (const springls__chunk_job *)arg;
     springls_chunks *c = job->chunks;
     const springls__grid *g = &job->ctx->model.grid;
-    const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    const float tolerance = c->desc.tolerance, deep = 1.5f;
     const uint32_t own = 1u << 13;
     int v;
     for (; begin < end; begin++) {
@@ -13878,10 +13883,10 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
         uint32_t touched = 0u;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             float before = shown[v];
-            if (springls__fabs(now[v] - before) <= tolerance && (now[v] < 0.0f) == (before < 0.0f)) continue;
+            if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
-            /* far from the surface it moves neither vertices nor normals */
-            if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
+            /* further from the surface it moves no vertices, and normals hardly */
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep) touched |= springls__touches(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
             if (springls__touches(v) == own) shown[v] = now[v];
@@ -19676,7 +19681,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19680 \"springls.h\"\n",
+    "#line 19685 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20094,7 +20099,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20098 \"springls.h\"\n",
+    "#line 20103 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20293,7 +20298,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20297 \"springls.h\"\n",
+    "#line 20302 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

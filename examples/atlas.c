@@ -50,7 +50,8 @@ static int build_main(int argc, char **argv)
         {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
-    const struct cli_positional rest = {"SUBJECT...", set->names, "label map (NIfTI), FILE or FILE:LABEL[+LABEL..]; or mesh; mirror:... for its mirror image",
+    const struct cli_positional rest = {"SUBJECT...", set->names, "label map (NIfTI), FILE or FILE:LABEL[+LABEL..]; or mesh; "
+                                        "mirror:... for its mirror image",
                                         true};
     const struct cli_program program = {.name = "atlas build",
                                         .summary = "makes a point distribution model: springls find the correspondences",
@@ -101,7 +102,8 @@ static int segment_main(int argc, char **argv)
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
         {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
         {"label", CLI_STRING, &set->label_text, "K[+K2..]", "its labels; without: all but 0", 0, 0, NULL},
-        {"beside", CLI_STRING, &set->beside, "FILE", "report.json of build/segment on the same image: without an atlas", 0, 0, NULL},
+        {"beside", CLI_STRING, &set->beside, "FILE", "report.json of build/segment on the same image: without an atlas", 0, 0,
+         NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional image = {"IMAGE", &set->image, "image (NIfTI, NRRD, MetaImage)", true};

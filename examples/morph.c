@@ -2,7 +2,7 @@
  *
  *   morph --out result                                            # two bodies that come with the program
  *   morph Knight.glb Mage.glb --animation Walking_A --out result
- *   morph Fox.glb CesiumMan.glb --map fox_to_man.txt --out result # different skeletons: which joint is which
+ *   morph Fox.glb CesiumMan.glb --map examples/fox_to_man.txt --out result # different skeletons: which joint is which
  *   morph Knight.glb --list
  *   morph body.obj --weights --donor RiggedFigure.glb --out result # bone weights for a body that has none
  *
@@ -35,6 +35,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"donor", CLI_STRING, &set->donor, "FILE", "whose skeleton a body without bones gets (else the other's)", 0, 0, NULL},
         {"preserve", CLI_FLAG, &set->preserve, NULL, "active contours that keep the topology", 0, 0, NULL},
         {"size", CLI_INT, &set->size, "N", "height of the pictures, pixels", 32, 4096, NULL},
+        {"view", CLI_FLOAT3, set->view, "X,Y,Z", "direction from the body to the eye; up is y", 0, 0, NULL},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional files[] = {{"SOURCE", &set->source, "a rigged character (glTF and what else assimp reads)", false},
@@ -83,7 +84,7 @@ static int list(const char *path)
 
 int main(int argc, char **argv)
 {
-    struct morph morph = {.settings = {.frames = 60, .fps = 24, .iterations = 10, .pace = 0.2f, .ease = 24, .parts = 1, .size = 480}};
+    struct morph morph = {.settings = {.frames = 60, .fps = 24, .iterations = 10, .pace = 0.2f, .ease = 24, .parts = 1, .size = 480, .view = {0.45f, 0.12f, 1.0f}}};
     struct morph_settings *set = &morph.settings;
     set->common = cli_common_defaults();
     int status = read_command_line(set, argc, argv);

@@ -480,6 +480,9 @@ int main(int argc, char **argv)
     if (status != CLI_GO_ON) {
         return status;
     }
+    if (strcmp(run.common.backend, "opencl") == 0 && !run.common.quiet) {
+        fprintf(stderr, "register: no springls here: --backend opencl changes nothing\n");
+    }
     const double begin = elapsed_seconds();
     bool done = read_images(&run) && make_fields(&run);
     run.seconds = elapsed_seconds() - begin;

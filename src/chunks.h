@@ -80,7 +80,7 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
     const springls__chunk_job *job = (const springls__chunk_job *)arg;
     springls_chunks *c = job->chunks;
     const springls__grid *g = &job->ctx->model.grid;
-    const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    const float tolerance = c->desc.tolerance, deep = 1.5f;
     const uint32_t own = 1u << 13;
     int v;
     for (; begin < end; begin++) {
@@ -89,10 +89,10 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
         uint32_t touched = 0u;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             float before = shown[v];
-            if (springls__fabs(now[v] - before) <= tolerance && (now[v] < 0.0f) == (before < 0.0f)) continue;
+            if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
-            /* far from the surface it moves neither vertices nor normals */
-            if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
+            /* further from the surface it moves no vertices, and normals hardly */
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep) touched |= springls__touches(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
             if (springls__touches(v) == own) shown[v] = now[v];

@@ -221,7 +221,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__fill_gaps(ctx));
+        SPRINGLS__TRY(springls__whole(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
@@ -236,7 +236,7 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__project_level_set(ctx));
+    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
@@ -270,7 +270,9 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    if (springls__use_host(other, false) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (springls__finish_step(other) != SPRINGLS_OK || springls__use_host(other, false) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
 }
@@ -282,6 +284,7 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;

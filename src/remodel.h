@@ -148,6 +148,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     if (!(springls__fabs(job.offset) < 1e4f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     status = springls__offset(ctx, &job);
     springls__surface_free(ctx, &job.level);
@@ -172,6 +173,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!(voxels >= 0.0f && voxels < 1e3f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
     params = ctx->model.params;
     time = ctx->time;
     duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
@@ -200,12 +202,11 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
-        SPRINGLS__TRY(springls__relax(ctx));
-        springls__sample_phi(ctx);
-        SPRINGLS__TRY(springls__contract(ctx));
+        SPRINGLS__TRY(springls__whole(ctx, springls__relax));
+        SPRINGLS__TRY(springls__whole(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__project_level_set(ctx));
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
     springls__phi_in_step(ctx);
     return SPRINGLS_OK;
 }
@@ -214,6 +215,7 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
+    SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__remesh(ctx);
 }

@@ -208,19 +208,25 @@ TEST exact_chunks_are_the_mesh(int mirrored)
 TEST a_push_changes_what_it_touches(void)
 {
     scene s;
-    int i, k, v, count, all, some = 0;
+    const springls_chunk *changed;
+    int i, k, v, count, near = 0, far = 0, far_in_all = 0;
     ASSERT_OK(scene_begin(&s, NULL, 0));
     for (i = 0; i < 25; i++) ASSERT_OK(springls_step(s.ctx, &s.step)); /* springls come to rest elsewhere */
-    ASSERT_OK(update(&s, &all));
+    ASSERT_OK(update(&s, &count));
+    for (i = 0; i < SIDE * SIDE * SIDE; i++) far_in_all += s.store.chunk[i].triangle_count > 0 && s.store.chunk[i].brick[0] <= 1;
     for (i = 0; i < 6; i++) {
         s.brush.center[1] += 0.7f;
         ASSERT_OK(springls_step(s.ctx, &s.step));
-        ASSERT_OK(update(&s, &count));
-        some += count;
+        ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &count));
+        for (k = 0; k < count; k++) {
+            near += changed[k].brick[0] >= 3;
+            far += changed[k].brick[0] <= 1;
+        }
+        store_put(&s.store, changed, count);
         CHECK_CALL(is_watertight(&s.store));
     }
-    ASSERT_GT(some, 6);
-    ASSERT_LT(some, 6 * all / 2);
+    ASSERT_GT(near, 12);
+    ASSERT_LT(far, 6 * far_in_all / 2);
     for (i = 0; i < SIDE * SIDE * SIDE; i++)
         for (v = 0; v < s.store.chunk[i].vertex_count; v++) {
             float distance;

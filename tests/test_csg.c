@@ -148,10 +148,12 @@ TEST attributes_of_both(void)
 TEST goes_on(void)
 {
     springls_context *a = ball_at(13.3f, 7.0f), *b = ball_at(20.3f, 7.0f);
-    int i;
+    float wind[3] = { 0.7f, 0.1f, 0.0f };
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
     ASSERT_OK(paint(a, "colour", 1.0f));
     ASSERT_OK(springls_combine(a, SPRINGLS_UNION, b));
-    for (i = 0; i < 8; i++) ASSERT_OK(fixture_translate(a, 0.7f, 0.1f, 0.0f));
+    ASSERT_OK(springls_run(a, &step, 8));
     CHECK_CALL(check(a, 2.0 * ball(7.0) - lens(7.0, 7.0), 0.05, 1, 2));
     ASSERT_EQ(springls_count(a), springls_view_attribute(a, 0).count);
     springls_destroy(a);

@@ -25,6 +25,7 @@ int main(int argc, char **argv)
 #include "../examples/morph.c"
 #undef main
 #include "../examples/common/morph_run.c"
+#include "../examples/common/morph_gltf.c"
 #include "../examples/common/morph_output.c"
 #include "../examples/common/morph_rig.c"
 #include "../examples/common/morph_solid.c"
@@ -550,6 +551,8 @@ static greatest_test_res check_report(const char *path, int frames, double near)
     ASSERT_EQ(0, (int)number_of(json, "self_intersections"));
     ASSERT_EQ(1, (int)number_of(json, "components_fewest"));
     ASSERT(number_of(json, "weight_sum_error_max") < 1e-5);
+    ASSERT(number_of(json, "channel_weight_sum_error_max") < 1e-5);
+    ASSERT(number_of(json, "channel_weights_from_looked_up_mean_l1") < 0.3);
     ASSERT(number_of(json, "distance_to_target_mean_voxels") < near);
     const cJSON *by_frame = cJSON_GetObjectItem(json, "by_frame");
     ASSERT(number_of(cJSON_GetArrayItem(by_frame, frames - 1), "missing_voxels")
@@ -569,6 +572,12 @@ TEST a_morph_from_nothing(void)
     ASSERT_EQ(6u, scene->mNumMeshes);
     ASSERT(scene->mMeshes[5]->mColors[0] && scene->mMeshes[5]->mTextureCoords[0] && scene->mMeshes[5]->mNormals);
     aiReleaseImport(scene);
+    struct character skinned; /* with the bone weights that have come along */
+    char error[CHARACTER_TEXT];
+    ASSERT(character_read(scratch("skinned.glb"), NULL, &skinned, error));
+    ASSERT(skinned.skinned && skinned.unnormal == 0 && skinned.unweighted == 0);
+    ASSERT_EQ(19 + 2, skinned.joint_count); /* the target's joints, the body's node and the file's root */
+    character_free(&skinned);
     const char *const made[] = {"morph.png", "strip.png", "frame000.png", "frame005.png"};
     for (int i = 0; i < 4; ++i) {
         struct image picture;

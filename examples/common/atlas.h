@@ -59,9 +59,9 @@ struct atlas_subject {
     int steps;
 };
 
-/* "FILE" or "FILE:LABEL[+LABEL..]", "mirror:" before it for its mirror image. images: folder with images of the same names, or the image itself, or NULL. landmarks:
- * folder with files NAME.csv of lines x,y,z, where the mesh or label map is called NAME.anything, or NULL. mirror: x -> -x
- * about the middle of the label map, or of the mesh's box. */
+/* "FILE" or "FILE:LABEL[+LABEL..]", "mirror:" before it for its mirror image. images: folder with images of the same names,
+ * or the image itself, or NULL. landmarks: folder with files NAME.csv of lines x,y,z, where the mesh or label map is called
+ * NAME.anything, or NULL. mirror: x -> -x about the middle of the label map, or of the mesh's box. */
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject);
 void atlas_subject_free(struct atlas_subject *subject);
 

@@ -4,6 +4,8 @@
  * that joint is in the neutral pose, and all vertices are brought there. */
 #include "character.h"
 
+#include "mesh_io.h"
+
 #include <assimp/cimport.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
@@ -18,6 +20,9 @@
 #include <string.h>
 
 enum { MOST_JOINTS = 4096 };
+
+/* One text for both. */
+typedef char same_length[CHARACTER_TEXT == (int)MESH_TEXT ? 1 : -1];
 
 struct reader {
     const char *path;
@@ -473,11 +478,9 @@ bool character_read(const char *path, const char *props, struct character *chara
 {
     struct reader r = {.path = path, .character = character, .error = error};
     memset(character, 0, sizeof *character);
-    FILE *file = fopen(path, "rb");
-    if (!file) {
-        return fail(&r, "cannot open");
+    if (!mesh_counts_plausible(path, error)) {
+        return false;
     }
-    fclose(file);
     struct aiPropertyStore *properties = aiCreatePropertyStore();
     if (!properties) {
         return no_memory(&r);

@@ -29,7 +29,7 @@ static bool fail(char error[MESH_TEXT], const char *path, const char *format, ..
 
 /* assimp believes the element counts of PLY and OFF headers and asks for that much memory. An element takes at least one
  * byte of the file, so a larger count is a broken file. */
-static bool counts_plausible(const char *path, char error[MESH_TEXT])
+bool mesh_counts_plausible(const char *path, char error[MESH_TEXT])
 {
     char line[512];
     FILE *file = fopen(path, "rb");
@@ -207,7 +207,7 @@ bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT])
 {
     memset(mesh, 0, sizeof *mesh);
     error[0] = '\0';
-    if (!counts_plausible(path, error)) {
+    if (!mesh_counts_plausible(path, error)) {
         return false;
     }
     struct aiPropertyStore *properties = aiCreatePropertyStore();

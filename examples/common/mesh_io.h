@@ -25,6 +25,10 @@ struct mesh {
 bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT]);
 void mesh_free(struct mesh *mesh);
 
+/* False, with one line in `error`: the file cannot be opened, is empty, or its header promises more than it can hold. For whoever
+ * hands a file to assimp, which believes headers. */
+bool mesh_counts_plausible(const char *path, char error[MESH_TEXT]);
+
 struct mesh_ply {
     const float *positions;
     size_t vertex_count;

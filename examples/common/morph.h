@@ -4,7 +4,7 @@
  *   rig       a body without bones gets a donor's skeleton and weights by heat (morph_rig.c)
  *   solid     each becomes a closed body on one grid (morph_solid.c)
  *   run       a frame: linear blend skinning by Algorithm 3, then active contours towards the posed target (morph_run.c)
- *   output    pictures, glTF, report (morph_output.c) */
+ *   output    glTF (morph_gltf.c), pictures and report (morph_output.c) */
 #ifndef EXAMPLES_COMMON_MORPH_H
 #define EXAMPLES_COMMON_MORPH_H
 
@@ -28,6 +28,7 @@ struct morph_settings {
     float thicken;   /* voxels: sheets become solids of this thickness; 0: not */
     int parts;       /* bodies of a character that are kept, the largest first; 0: all */
     int size;        /* pixels of a picture's height */
+    float view[3];   /* from the body to the eye */
     bool list, preserve, weights;
 };
 
@@ -67,7 +68,8 @@ struct morph {
     springls_params params;
     struct morph_body source, target;
     int animation; /* of the target's skeleton */
-    int pairs;     /* joints that were found in both */
+    int *map;      /* the target's joint of each of the source's, -1: none */
+    int pairs;
     const char *mapped_by;
     springls_grid_desc grid;
     springls_context *ctx, *other; /* the model; the posed target */
@@ -79,6 +81,8 @@ struct morph {
     int coincided; /* the first frame in which the two coincide, -1: none */
     springls_mesh target_mesh; /* the zero level of the posed target, which crosses itself nowhere */
     struct surface_distances end; /* of the last frame to the target, world units */
+    double channel_sum_error;     /* bone weights carried as a channel: largest |sum - 1| of springls in the end */
+    double channel_difference;    /* mean L1 of those to the weights looked up at the springls' places of origin */
     double weight_difference;     /* of the last frame's bone weights to the target's own at the nearest place, mean L1 */
 };
 
@@ -110,7 +114,8 @@ void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* --weights: that alone, with pictures, glTF and report */
 bool morph_prepare(struct morph *morph);
 bool morph_run(struct morph *morph);
-bool morph_write(const struct morph *morph);
+bool morph_write(const struct morph *morph); /* all files of --out */
+bool morph_write_gltf(const struct morph *morph);
 bool morph_report(const struct morph *morph, const char *path);
 void morph_print(const struct morph *morph);
 void morph_free(struct morph *morph);

@@ -1,8 +1,7 @@
-/* morph_output.c - pictures, glTF files, report and summary of a morph. */
+/* morph_output.c - pictures, report and summary of a morph. */
 #include "morph.h"
 
 #include "apng.h"
-#include "gltf_write.h"
 #include "json.h"
 #include "progress.h"
 #include "raycast.h"
@@ -35,7 +34,7 @@ static bool draw_mesh(const springls_mesh *mesh, const float *positions, const f
 /* One camera for all frames. */
 static struct raycast_camera film_camera(const struct morph *morph, float aspect)
 {
-    static const float towards[3] = {0.45f, 0.12f, 1.0f}, upwards[3] = {0.0f, 1.0f, 0.0f};
+    static const float upwards[3] = {0.0f, 1.0f, 0.0f};
     float corners[24];
     for (int k = 0; k < 8; ++k) { /* of the box around all frames */
         for (int i = 0; i < 3; ++i) {
@@ -46,7 +45,7 @@ static struct raycast_camera film_camera(const struct morph *morph, float aspect
             corners[3 * k + i] = (k >> i) & 1 ? hi[i] : lo[i];
         }
     }
-    return raycast_frame_points(corners, 8, towards, upwards, 25.0f, aspect);
+    return raycast_frame_points(corners, 8, morph->settings.view, upwards, 25.0f, aspect);
 }
 
 static bool write_strip(const struct morph *morph, const struct image *film, const char *path)
@@ -93,32 +92,9 @@ static bool write_film(const struct morph *morph, const char *out)
     return good || morph_fail("%s: the pictures cannot be written", out);
 }
 
-/* ---- glTF ---- */
-
-static bool write_sequence(const struct morph *morph, const char *out)
-{
-    char path[1200];
-    struct gltf_mesh *meshes = calloc((size_t)morph->frame_count, sizeof *meshes);
-    for (int f = 0; meshes && f < morph->frame_count; ++f) {
-        const struct morph_frame *frame = &morph->frames[f];
-        meshes[f].positions = frame->mesh.positions;
-        meshes[f].normals = frame->mesh.normals;
-        meshes[f].uvs = frame->uvs;
-        meshes[f].colors = frame->colors;
-        meshes[f].triangles = frame->mesh.triangles;
-        meshes[f].vertex_count = frame->mesh.vertex_count;
-        meshes[f].triangle_count = frame->mesh.triangle_count;
-    }
-    const bool good = meshes
-                      && gltf_write_sequence(run_path(out, "morph.glb", path, sizeof path), meshes, morph->frame_count,
-                                             morph->settings.fps);
-    free(meshes);
-    return good || morph_fail("%s/morph.glb cannot be written", out);
-}
-
 bool morph_write(const struct morph *morph)
 {
-    return write_sequence(morph, morph->settings.common.out) && write_film(morph, morph->settings.common.out);
+    return morph_write_gltf(morph) && write_film(morph, morph->settings.common.out);
 }
 
 /* ---- report ---- */
@@ -187,6 +163,13 @@ bool morph_report(const struct morph *morph, const char *path)
     json_string(&json, "animation", morph->target.character.animations[morph->animation].name);
     json_string(&json, "joints_paired_by", morph->mapped_by);
     json_integer(&json, "joints_paired", morph->pairs);
+    json_object_begin(&json, "joints");
+    for (int j = 0; j < morph->source.character.joint_count; ++j) {
+        if (morph->map[j] >= 0) {
+            json_string(&json, morph->source.character.joints[j].name, morph->target.character.joints[morph->map[j]].name);
+        }
+    }
+    json_object_end(&json);
     json_array_begin(&json, "grid");
     for (int k = 0; k < 3; ++k) {
         json_integer(&json, NULL, morph->grid.size[k]);
@@ -212,6 +195,8 @@ bool morph_report(const struct morph *morph, const char *path)
     json_number(&json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
     json_number(&json, "distance_max_voxels", morph->end.max / voxel);
     json_number(&json, "weights_from_targets_own_mean_l1", morph->weight_difference);
+    json_number(&json, "channel_weight_sum_error_max", morph->channel_sum_error);
+    json_number(&json, "channel_weights_from_looked_up_mean_l1", morph->channel_difference);
     json_number(&json, "seconds_a_frame", s.seconds);
     json_number(&json, "seconds_a_frame_skinning", s.skinning);
     json_number(&json, "seconds_a_frame_contour", s.contour);

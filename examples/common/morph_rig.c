@@ -217,7 +217,7 @@ static void weight_color(const struct influences *in, float color[3])
 static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh, const float *colors, const struct character *skeleton,
                          struct image *image)
 {
-    static const float towards[3] = {0.35f, 0.1f, 1.0f}, upwards[3] = {0.0f, 1.0f, 0.0f};
+    static const float upwards[3] = {0.0f, 1.0f, 0.0f};
     const int height = morph->settings.size, width = height * 4 / 5;
     const float aspect = (float)width / (float)height;
     struct raycast_scene scene;
@@ -228,7 +228,7 @@ static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh,
     scene.triangle_count = (size_t)mesh->triangle_count;
     scene.vertex_colors = colors;
     scene.plain = true;
-    scene.camera = raycast_frame_points(mesh->positions, scene.vertex_count, towards, upwards, 25.0f, aspect);
+    scene.camera = raycast_frame_points(mesh->positions, scene.vertex_count, morph->settings.view, upwards, 25.0f, aspect);
     if (!raycast_render(&scene, width, height, image)) {
         return false;
     }

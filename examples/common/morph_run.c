@@ -12,7 +12,7 @@
 
 enum { MARGIN = 5, LEAD_IN = 8 }; /* voxels around; steps from the neutral pose to the first frame */
 
-#define COINCIDE 0.1 /* voxels: the mean distance, both ways, below which the two are one */
+#define COINCIDE 0.125 /* voxels: the mean distance, both ways, below which the two are one */
 
 bool morph_fail(const char *format, ...)
 {
@@ -81,14 +81,12 @@ bool morph_read(struct morph *morph)
         return morph_fail(set->animation ? "the target has no animation %s (see --list)" : "the target has no animation%s",
                           set->animation ? set->animation : "");
     }
-    int *map = malloc(((size_t)source->joint_count + 1) * sizeof *map);
-    if (!map) {
+    morph->map = malloc(((size_t)source->joint_count + 1) * sizeof *morph->map);
+    if (!morph->map) {
         return morph_no_memory();
     }
-    morph->pairs = skeleton_map(source, target, set->map, map, &morph->mapped_by, error);
-    const bool good = morph->pairs > 0 ? skeleton_rescale(source, target, map) || morph_no_memory() : morph_fail("%s", error);
-    free(map);
-    return good;
+    morph->pairs = skeleton_map(source, target, set->map, morph->map, &morph->mapped_by, error);
+    return morph->pairs > 0 ? skeleton_rescale(source, target, morph->map) || morph_no_memory() : morph_fail("%s", error);
 }
 
 /* ---- preparation ---- */
@@ -171,6 +169,72 @@ static bool make_body(springls_context *ctx, const struct morph *morph, struct m
     return true;
 }
 
+/* Bone weights of a springl by the place on the source's surface that it came from. */
+static struct influences weights_at(const struct morph *morph, const float correspondence[3])
+{
+    float world[3];
+    struct place place;
+    for (int k = 0; k < 3; ++k) {
+        world[k] = (float)(morph->grid.origin[k] + morph->grid.spacing[k] * (double)correspondence[k]);
+    }
+    places_find(&morph->source.places, world, &place);
+    return place_influences(&morph->source.character, &place);
+}
+
+static const float *springl_item(springls_view view, int index)
+{
+    return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
+}
+
+/* The weights of all springls, one channel a joint. */
+static float *channel_values(const struct morph *morph)
+{
+    const springls_view places = springls_view_correspondences(morph->ctx);
+    const size_t joints = (size_t)morph->target.character.joint_count;
+    float *values = calloc((size_t)places.count * joints + 1, sizeof *values);
+    for (int i = 0; values && i < places.count; ++i) {
+        const struct influences in = weights_at(morph, springl_item(places, i));
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            values[(size_t)i * joints + (size_t)in.joint[k]] += in.weight[k];
+        }
+    }
+    return values;
+}
+
+/* The same weights as an attribute channel of the springls, blended where they split and fill: beside the look-up, to compare. */
+static bool add_channels(struct morph *morph)
+{
+    const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_BLEND, SPRINGLS_BLEND,
+                                          SPRINGLS_BLEND};
+    float *values = channel_values(morph);
+    const bool good = values ? morph_check(morph->ctx, springls_add_attribute(morph->ctx, &desc, values, NULL), "bone weights")
+                             : morph_no_memory();
+    free(values);
+    return good;
+}
+
+static bool compare_channels(struct morph *morph)
+{
+    const springls_view channel = springls_view_attribute(morph->ctx, springls_find_attribute(morph->ctx, "bone weights"));
+    const int joints = morph->target.character.joint_count;
+    float *values = channel_values(morph);
+    if (!values || !channel.data) {
+        free(values);
+        return morph_no_memory();
+    }
+    for (int i = 0; i < channel.count; ++i) {
+        const float *carried = springl_item(channel, i);
+        double sum = 0.0;
+        for (int j = 0; j < joints; ++j) {
+            sum += (double)carried[j];
+            morph->channel_difference += fabs((double)carried[j] - (double)values[(size_t)i * (size_t)joints + (size_t)j]) / channel.count;
+        }
+        morph->channel_sum_error = fmax(morph->channel_sum_error, fabs(sum - 1.0));
+    }
+    free(values);
+    return true;
+}
+
 bool morph_prepare(struct morph *morph)
 {
     springls_desc desc;
@@ -194,7 +258,7 @@ bool morph_prepare(struct morph *morph)
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_GO_ON && run_create("morph", &desc, &morph->other) == CLI_GO_ON
-           && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source);
+           && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source) && add_channels(morph);
 }
 
 /* ---- skinning: the affine force of eq. 1 ---- */
@@ -249,13 +313,7 @@ static void skin_springls(void *user, const float *points, const float *correspo
             memcpy(out + 12 * i, out + 12 * (i - 1), 12 * sizeof *out);
             continue;
         }
-        float world[3];
-        struct place place;
-        for (int k = 0; k < 3; ++k) {
-            world[k] = (float)(s->morph->grid.origin[k] + s->morph->grid.spacing[k] * (double)a[k]);
-        }
-        places_find(&s->morph->source.places, world, &place);
-        const struct influences in = place_influences(&s->morph->source.character, &place);
+        const struct influences in = weights_at(s->morph, a);
         const struct affine t = motion(s, &in);
         to_velocity(&s->morph->grid, &t, out + 12 * i);
         last = a;
@@ -374,7 +432,7 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
     float *world = malloc(3 * ((size_t)particles.count + 1) * sizeof *world);
     bool good = world || morph_no_memory();
     for (int i = 0; good && i < particles.count; ++i) {
-        memcpy(world + 3 * i, (const char *)particles.data + (size_t)i * particles.stride, 3 * sizeof *world);
+        memcpy(world + 3 * i, springl_item(particles, i), 3 * sizeof *world);
     }
     if (good) {
         springls_to_world(morph->ctx, world, particles.count, world);
@@ -488,7 +546,7 @@ bool morph_run(struct morph *morph)
         progress_update(&bar, (size_t)f + 1, NULL);
     }
     progress_end(&bar);
-    good = good && compare_ends(morph);
+    good = good && compare_ends(morph) && compare_channels(morph);
     if (good) {
         compare_weights(morph);
     }
@@ -515,6 +573,7 @@ void morph_free(struct morph *morph)
     free_body(morph->ctx, &morph->source);
     free_body(morph->other, &morph->target);
     free(morph->frames);
+    free(morph->map);
     free(morph->skin);
     free(morph->skin_before);
     free(morph->skin_places);

@@ -132,6 +132,36 @@ static int first_bone(const struct character *character)
     return -1;
 }
 
+/* The bone with most bones below it: where feet or helpers have chains of their own, the first one may be none of the body. */
+static int trunk(const struct character *character)
+{
+    int best = -1, most = -1;
+    for (int j = 0; j < character->joint_count; ++j) {
+        int below = 0;
+        for (int k = j + 1; character->joints[j].bone && k < character->joint_count; ++k) {
+            int up = k;
+            while (up > j) {
+                up = character->joints[up].parent;
+            }
+            below += up == j && character->joints[k].bone;
+        }
+        if (character->joints[j].bone && below > most) {
+            most = below;
+            best = j;
+        }
+    }
+    return best;
+}
+
+static int count_true(const bool *flags, int count)
+{
+    int sum = 0;
+    for (int i = 0; flags && i < count; ++i) {
+        sum += flags[i];
+    }
+    return sum;
+}
+
 static int map_by_file(const struct character *source, const struct character *target, const char *path, int *map,
                        char error[CHARACTER_TEXT])
 {
@@ -171,11 +201,11 @@ int skeleton_map(const struct character *source, const struct character *target,
                  char error[CHARACTER_TEXT])
 {
     bool *source_used = used_joints(source), *target_used = used_joints(target);
-    int pairs = 0, bones = 0;
+    const int ours = count_true(source_used, source->joint_count), theirs = count_true(target_used, target->joint_count);
+    int pairs = 0;
     snprintf(error, CHARACTER_TEXT, "not enough memory");
     for (int i = 0; i < source->joint_count; ++i) {
         map[i] = -1;
-        bones += source_used && source_used[i];
     }
     *how = "file";
     if (file) {
@@ -183,8 +213,8 @@ int skeleton_map(const struct character *source, const struct character *target,
     } else if (source_used && target_used) {
         *how = "names";
         pairs = map_by_names(source, source_used, target, target_used, map);
-        if (2 * pairs < bones) {
-            const int i = first_bone(source), j = first_bone(target);
+        if (2 * pairs < (ours < theirs ? ours : theirs)) {
+            const int i = trunk(source), j = trunk(target);
             *how = "hierarchy";
             for (int k = 0; k < source->joint_count; ++k) {
                 map[k] = -1;

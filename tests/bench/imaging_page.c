@@ -12,36 +12,49 @@
 
 enum { PAGE_PATH = 300 };
 
+enum { MOST_PICTURES = 5 };
+
 /* One section of the page for each kind of step. */
 static const struct {
-    const char *heading, *text, *columns, *pictures[5];
+    const char *heading, *text, *columns;
+    struct {
+        const char *file, *caption;
+    } pictures[MOST_PICTURES];
 } sections[IMAGING_KINDS] = {
-    {"Images", "Made for this run.", "", {NULL}},
+    {"Images", "Made for this run.", "", {{NULL, NULL}}},
     {"Segmentation: active contours of springls",
-     "From the paper's four starting shapes, or from a mask, until the springls are at rest. The level set column is the distance "
-     "from the same segmentation without springls.",
+     "From the paper's four starting shapes, or from a mask, until the springls are at rest. The level set column is the "
+     "distance from the same segmentation without springls.",
      "Object|Steps|Springls, mean|Time, s|Dice at start|Dice|Mean distance, mm|HD95, mm|From a level set alone, mm",
-     {"film.png", "slices.png"}},
+     {{"film.png", "The way there: the zero level, below it the springls."}, {"slices.png", "The result."}}},
     {"Registration: a displacement field and its inverse", "Symmetric log-domain diffeomorphic demons.",
-     "Images|RMS before|RMS after|Dice before|Dice after|Landmarks before, mm|after, mm|Smallest Jacobian|Inverse error, mm|Time, s",
-     {"before_after.png"}},
+     "Images|RMS before|RMS after|Dice before|Dice after|Landmarks before, mm|after, mm|Smallest Jacobian|Inverse error, mm|"
+     "Time, s",
+     {{"before_after.png", "The two images before and after; the fixed image and the Jacobian of the field."}}},
     {"Tracking: springls carried through a sequence",
-     "One label becomes a model; every frame's displacement field moves it in one step of Algorithm 3. Nothing is resampled: springl i "
-     "is the same piece of the body in every frame. Errors are means over all frames; particles: every springl against the exact "
-     "motion, where that is known.",
-     "Sequence|Frames|Springls|Kept in all frames|Volume, ml|Dice, least|Landmarks, mm|voxels|Particles, mm|voxels|Mode 1|Time, s",
-     {"volume.png", "landmarks.png", "particles.png", "film.png", "modes.png"}},
+     "One label becomes a model; every frame's displacement field moves it in one step of Algorithm 3. Nothing is resampled: "
+     "springl i is the same piece of the body in every frame. Errors are means over all frames; particles: every springl against "
+     "the exact motion, where that is known.",
+     "Sequence|Frames|Springls|Kept in all frames|Volume, ml|Dice, least|Landmarks, mm|voxels|Particles, mm|voxels|Mode 1|"
+     "Time, s",
+     {{"volume.png", "Volume."}, {"landmarks.png", "Landmarks."}, {"particles.png", "Springls against the exact motion."},
+      {"film.png", "The frames: colours are places on the reference."},
+      {"modes.png", "Modes of the motion at -2, 0 and +2 deviations."}}},
     {"Large steps: no CFL limit",
-     "One motion in 1, 2, 5 and 20 steps by Algorithm 3, and by level sets without springls. Errors in voxels against the exactly moved "
-     "surface.",
-     "Method|Steps|Longest step|Surface, mean|HD95|Largest|Volume|Tracking, mean|Time, s", {"large_steps.png"}},
-    {"Atlas: point distribution models", "Springls deformed to each subject are the correspondences. Pictures: the mean shape and modes at "
-     "-2, 0 and +2 deviations; subjects, where equal colours correspond; compactness, generalisation (leave one out), specificity.",
-     "Model|Subjects|Vertices|Modes|Mode 1|Generalisation, mm|Specificity, mm|Model to subjects, mm|Correspondence error, mm|voxels|Time, s",
-     {"modes.png", "curves.png", "subjects.png"}},
-    {"Segmentation by an atlas", "Distances after each stage: the atlas's mean shape placed, pose, modes, springls. Times count from the "
+     "One motion in 1, 2, 5 and 20 steps by Algorithm 3, and by level sets without springls. Errors in voxels against the "
+     "exactly moved surface.",
+     "Method|Steps|Longest step|Surface, mean|HD95|Largest|Volume|Tracking, mean|Time, s",
+     {{"large_steps.png", "Error against the length of a step."}}},
+    {"Atlas: point distribution models", "Springls deformed to each subject are the correspondences.",
+     "Model|Subjects|Vertices|Modes|Mode 1|Generalisation, mm|Specificity, mm|Model to subjects, mm|Correspondence error, mm|"
+     "voxels|Time, s",
+     {{"modes.png", "The mean shape, and modes at -2 and +2 deviations: red goes outward, blue inward."},
+      {"curves.png", "Compactness, generalisation (leave one out), specificity."},
+      {"subjects.png", "Subjects: equal colours correspond."}}},
+    {"Segmentation by an atlas", "Distances after each stage: the mean shape placed, pose, modes, springls. Times count from the "
      "start. Without atlas: an active contour on the same image.",
-     "Stage|Time, s|Dice|Mean distance, mm|HD95, mm", {"stages.png", "slices.png"}},
+     "Stage|Time, s|Dice|Mean distance, mm|HD95, mm",
+     {{"stages.png", "The stages; colours are the atlas's regions."}, {"slices.png", "The result."}}},
 };
 
 /* ---- rows ---- */
@@ -83,10 +96,11 @@ static void row_segment(struct table *table, const struct run *run, const char *
 
 static void row_register(struct table *table, const struct run *run, const char *title)
 {
-    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", title, run_cell(run, "%.3f", "rms_before"), run_cell(run, "%.3f", "rms_after"),
-              run_cell(run, "%.3f", "dice_before"), run_cell(run, "%.3f", "dice_after"),
+    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", title, run_cell(run, "%.3f", "rms_before"),
+              run_cell(run, "%.3f", "rms_after"), run_cell(run, "%.3f", "dice_before"), run_cell(run, "%.3f", "dice_after"),
               run_cell(run, "%.1f", "points_before_mm.mean"), run_cell(run, "%.1f", "points_after_mm.mean"),
-              run_cell(run, "%.3f", "jacobian_min"), run_cell(run, "%.3f", "inverse_error_mm.mean"), run_cell(run, "%.1f", "seconds"));
+              run_cell(run, "%.3f", "jacobian_min"), run_cell(run, "%.3f", "inverse_error_mm.mean"),
+              run_cell(run, "%.1f", "seconds"));
 }
 
 static void row_track(struct table *table, const struct run *run, const char *title)
@@ -231,11 +245,11 @@ static void show_failure(struct page *page, const struct run *run)
 static void show_pictures(struct page *page, const struct run *run, enum imaging_kind kind)
 {
     char path[2 * PAGE_PATH], source[PAGE_PATH];
-    for (int p = 0; p < 5 && sections[kind].pictures[p]; ++p) {
-        snprintf(source, sizeof source, "%s/%s", run->name, sections[kind].pictures[p]);
+    for (int p = 0; p < MOST_PICTURES && sections[kind].pictures[p].file; ++p) {
+        snprintf(source, sizeof source, "%s/%s", run->name, sections[kind].pictures[p].file);
         snprintf(path, sizeof path, "%s/%s", imaging_folder, source);
         if (access(path, R_OK) == 0) {
-            page_picture(page, source, sections[kind].pictures[p]);
+            page_picture(page, source, sections[kind].pictures[p].caption);
         }
     }
 }

@@ -80,8 +80,8 @@ static void plan_head(struct imaging *imaging)
                      "is known, and the shape model has left thalami and mirrored right ones. Steps on the whole brain run "
                      "on voxels of 3 mm.";
     add(imaging, IMAGING_PREPARE, "brain", "brain on cubes of 3 mm", "%s/ch2bet.nii.gz %s/brain.nii.gz --voxel 3", head, out);
-    add(imaging, IMAGING_PREPARE, "mask", "where the package has cut it out", "%s/ch2bet.nii.gz %s/mask.nii.gz --voxel 3 --above 10",
-        head, out);
+    add(imaging, IMAGING_PREPARE, "mask", "where the package has cut it out",
+        "%s/ch2bet.nii.gz %s/mask.nii.gz --voxel 3 --above 10", head, out);
     add(imaging, IMAGING_PREPARE, "mirrored", "its mirror image", "%s/ch2bet.nii.gz %s/mirrored.nii.gz --voxel 3 --mirror", head,
         out);
     add(imaging, IMAGING_PREPARE, "regions", "its regions", "%s/aal.nii.gz %s/regions.nii.gz --voxel 3 --labels", head, out);
@@ -90,8 +90,8 @@ static void plan_head(struct imaging *imaging)
     snprintf(words, sizeof words, "%s/brain.nii.gz --reference %s/mask.nii.gz", out, out);
     add_starts(imaging, words);
     add(imaging, IMAGING_REGISTER, "register", "a brain and its mirror image",
-        "%s/brain.nii.gz %s/mirrored.nii.gz --fixed-labels %s/regions.nii.gz --moving-labels %s/regions_mirrored.nii.gz", out, out,
-        out, out);
+        "%s/brain.nii.gz %s/mirrored.nii.gz --fixed-labels %s/regions.nii.gz --moving-labels %s/regions_mirrored.nii.gz",
+        out, out, out, out);
     snprintf(words, sizeof words, "%s/brain.nii.gz --labels %s/segment_sphere/labels.nii.gz --beat 4", out, out);
     add(imaging, IMAGING_TRACK, "track", "a brain that is made to beat, registered", "%s", words);
     add(imaging, IMAGING_LARGE_STEPS, "large_steps", "the same motion, sampled", "%s --true-field", words);
@@ -123,8 +123,8 @@ static void plan_collection_segment(struct imaging *imaging, const char *data)
     add(imaging, IMAGING_SEGMENT, "hip_right", "right hip from the left one mirrored", "%s --mask-label 77 --label 78", words);
     add(imaging, IMAGING_SEGMENT, "hip_left", "left hip from the right one mirrored", "%s --mask-label 78 --label 77", words);
     add(imaging, IMAGING_SEGMENT, "ventricle", "left ventricle of the echocardiogram",
-        "%s/4d/echo4d_lv_11f.nii.gz --frame 0 --window 15,70 --ramp 20 --init sphere --center 108,107,109 --radius 30 --curvature 1 "
-        "--levels 1 --topology preserved", data);
+        "%s/4d/echo4d_lv_11f.nii.gz --frame 0 --window 15,70 --ramp 20 --init sphere --center 108,107,109 --radius 30 "
+        "--curvature 1 --levels 1 --topology preserved", data);
 }
 
 static void plan_collection_motion(struct imaging *imaging, const char *data)
@@ -137,13 +137,14 @@ static void plan_collection_motion(struct imaging *imaging, const char *data)
         "%s/4d/ct4d_synthbeat_A_label.nii.gz --moving-labels %s/4d/ct4d_synthbeat_A_label.nii.gz --align none",
         data, data, data, data);
     add(imaging, IMAGING_REGISTER, "register_lung", "lung, breathed out and in",
-        "%s --fixed-labels %s/4d/lung_breath_baseline_mask.mha --moving-labels %s/4d/lung_breath_followup_mask.mha --fixed-points "
-        "%s/4d/lung_breath_baseline_landmarks_index.txt --moving-points %s/4d/lung_breath_followup_landmarks_index.txt",
+        "%s --fixed-labels %s/4d/lung_breath_baseline_mask.mha --moving-labels %s/4d/lung_breath_followup_mask.mha "
+        "--fixed-points %s/4d/lung_breath_baseline_landmarks_index.txt "
+        "--moving-points %s/4d/lung_breath_followup_landmarks_index.txt",
         lung, data, data, data, data);
     add(imaging, IMAGING_TRACK, "track_heart", "beating heart, registered", "%s --landmarks %s/4d/ct4d_synthbeat_A_landmarks.csv",
         beat, data);
-    add(imaging, IMAGING_TRACK, "track_true", "a made beat of the same heart, its true field sampled", "%s --beat 10 --true-field",
-        beat);
+    add(imaging, IMAGING_TRACK, "track_true", "a made beat of the same heart, its true field sampled",
+        "%s --beat 10 --true-field", beat);
     add(imaging, IMAGING_TRACK, "track_ventricle", "left ventricle in ultrasound",
         "%s/4d/echo4d_lv_11f.nii.gz --labels %s/ventricle/labels.nii.gz", data, imaging_folder);
     add(imaging, IMAGING_TRACK, "track_lung", "lung breathing in",
@@ -166,7 +167,8 @@ static void plan_collection_atlas(struct imaging *imaging, const char *data, con
         "%s/shapes/vertebral_bodies_8.mha:7 %s/shapes/vertebral_bodies_8.mha:8", data, data, data, data, data, data, data, data);
     add_build(imaging, "atlas_tori", "6 tori, 3 landmarks", shapes, "tori/*.stl", "\n", 6, "--vertex-landmarks 3");
     add_build(imaging, "atlas_faces", "9 faces, open, not aligned", shapes, "faces/*.stl", "\n", 9, "");
-    snprintf(words, sizeof words, "%s/ct/ct_pelvis_TS.nii.gz --reference %s/labels/seg_pelvis_TS_104.nii.gz --label 78", data, data);
+    snprintf(words, sizeof words, "%s/ct/ct_pelvis_TS.nii.gz --reference %s/labels/seg_pelvis_TS_104.nii.gz --label 78", data,
+             data);
     add(imaging, IMAGING_SEGMENT, "without_atlas", "right hip without an atlas: a sphere around all bones",
         "%s --init sphere --level 100 --solid --radius 180 --levels 1 --speed 1", words);
     add(imaging, IMAGING_ATLAS, "atlas_segment_hip", "right hip by the atlas of the left one",
@@ -180,8 +182,8 @@ static void plan_collection(struct imaging *imaging)
 {
     char data[WORD];
     run_word(imaging->settings.collection, data, sizeof data);
-    imaging->about = "The collection of images that SPRINGLS_DATA names: a CT of a pelvis with labels, a beating heart with exact "
-                     "landmarks, an echocardiogram, a lung breathing, hippocampi, vertebral bodies, tori and faces.";
+    imaging->about = "The collection of images that SPRINGLS_DATA names: a CT of a pelvis with labels, a beating heart with "
+                     "exact landmarks, an echocardiogram, a lung breathing, hippocampi, vertebral bodies, tori and faces.";
     plan_collection_segment(imaging, data);
     plan_collection_motion(imaging, data);
     plan_collection_atlas(imaging, data, imaging->settings.collection);
