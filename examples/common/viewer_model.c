@@ -186,7 +186,7 @@ bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, co
 bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user)
 {
     struct viewer_model made;
-    const bool good = create_context(&made, &like->desc, like->middle, (double)like->voxel) && set_implicit(&made, fn, user);
+    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_implicit(&made, fn, user);
     return replace(second, &made, good);
 }
 
@@ -209,7 +209,7 @@ bool viewer_model_second_file(struct viewer_model *second, const struct viewer_m
     for (size_t i = 0; i < 3 * mesh.vertex_count; ++i) {
         mesh.positions[i] = place[i % 3] + scale * (mesh.positions[i] - middle[i % 3]);
     }
-    const bool good = create_context(&made, &like->desc, like->middle, (double)like->voxel) && set_mesh(&made, &mesh);
+    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_mesh(&made, &mesh);
     mesh_free(&mesh);
     return replace(second, &made, good);
 }
