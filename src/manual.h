@@ -222,6 +222,25 @@
    else to do: set OMP_WAIT_POLICY=passive in the environment.
 
 
+   FRAMES
+
+   springls_step_begin and springls_step_continue are springls_step in pieces, for a budget of time a frame: the same bits
+   however it is cut. A stage is left between its parts, and inside the loops that are its work:
+
+     advect               the forces' batches
+     relax                finding neighbours, every iteration
+     contract             choosing, every round of merging
+     project              the projection, removal of specks, every sweep that re-distances
+     fill_gaps            looking for holes, looking for bare triangles
+     evolve, rebuild      omega, eq. 23, every sweep
+     unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
+
+   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells, bricks are added
+   and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed; resample, keep_edges and
+   volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits where a part wants a number back.
+   springls_chunks: the zero level in bricks, and which have changed. springls_snapshot, springls_restore: back, and on again to the bit.
+
+
    ERRORS
 
    Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) tells
