@@ -456,17 +456,17 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
 
 /* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
 
-/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They belong to
-   the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them nothing about the
-   model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They
+   belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
+   nothing about the model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
 typedef enum springls_policy {
     SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
-                       one that stays keeps its own. For labels                                                     */
-    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative and add
-                       up to 1, and that are exact, where that is possible, for functions linear in the correspondence. merge: mean
-                       of the two, weighted by area. For what is continuous                                         */
-    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if there is
-                       one within 2.5 voxels. For amounts, whose sum is to last                                     */
+                       one that stays keeps its own. For labels                                                           */
+    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
+                       and add up to 1, and that are exact, where that is possible, for functions linear in the
+                       correspondence. merge: mean of the two, weighted by area. For what is continuous                   */
+    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
+                       there is one within 2.5 voxels. For amounts, whose sum is to last                                  */
 } springls_policy;
 
 #define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
@@ -480,8 +480,8 @@ typedef struct springls_attribute_desc {
 } springls_attribute_desc;
 
 /* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
-SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values,
-                                                    int *index);
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc,
+                                                    const float *values, int *index);
 /* Those behind it have numbers smaller by one then. */
 SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
 SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
@@ -491,8 +491,8 @@ SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char
 SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
 SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
 
-/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels` floats a
-   vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels`
+   floats a vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
 
 /* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
@@ -511,17 +511,19 @@ SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, spri
 
 /* ---- >>material: places on the original surface ---------------------------------------------------------------- */
 
-/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and ask for
-   the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls; -1: none. */
+/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and
+   ask for the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls;
+   -1: none. */
 typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
 
 SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
 /* One a vertex of an extracted mesh. */
 SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
 
-/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one side of
-   every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a seam
-   (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before it. */
+/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one
+   side of every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a
+   seam (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before
+   it. */
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out);
 
@@ -532,40 +534,43 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
                                                  int *neighbors);
 
 /* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
-   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the arrays. */
+   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the
+   arrays. */
 SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
                                              const int *triangles, int triangle_count, float *out);
 
-/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
+/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial
+   springls. */
 SPRINGLS_API int springls_material_count(const springls_context *ctx);
 
 /* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
 
 typedef enum springls_operation { SPRINGLS_UNION, SPRINGLS_INTERSECTION, SPRINGLS_DIFFERENCE } springls_operation;
 
-/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width. Springls of both
-   stay where they bound the result, the other's turned round in a difference; what reaches over the seam is drawn in, the seam is
-   closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of one here are taken over; where it
-   has none of that name its springls get zeros. The original surface becomes both originals together: material triangles of the other
-   are numbered from this one's springls_material_count (before the call) on.
-   The other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out the
-   model is empty. */
+/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width.
+   Springls of both stay where they bound the result, the other's turned round in a difference; what reaches over the seam is
+   drawn in, the seam is closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of
+   one here are taken over; where it has none of that name its springls get zeros. The original surface becomes both originals
+   together: material triangles of the other are numbered from this one's springls_material_count (before the call) on. The
+   other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out
+   the model is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* With an implicit function in the place of the other, asked as by springls_set_implicit. */
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn,
-                                                       void *user);
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+                                                       springls_implicit_fn fn, void *user);
 
-/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that distance
-   of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the model is empty. */
+/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that
+   distance of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the
+   model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
 /* Motion by mean curvature for as long as a ball of radius `length` (world units) lasts: what is smaller goes, sharp edges become
    round. keep_volume: each component keeps its volume (see VOLUME LOCK in the manual). */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
-/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count is
-   steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
+/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count
+   is steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */
