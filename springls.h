@@ -301,6 +301,25 @@
    else to do: set OMP_WAIT_POLICY=passive in the environment.
 
 
+   FRAMES
+
+   springls_step_begin and springls_step_continue are springls_step in pieces, for a budget of time a frame: the same bits
+   however it is cut. A stage is left between its parts, and inside the loops that are its work:
+
+     advect               the forces' batches
+     relax                finding neighbours, every iteration
+     contract             choosing, every round of merging
+     project              the projection, removal of specks, every sweep that re-distances
+     fill_gaps            looking for holes, looking for bare triangles
+     evolve, rebuild      omega, eq. 23, every sweep
+     unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
+
+   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells, bricks are added
+   and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed; resample, keep_edges and
+   volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits where a part wants a number back.
+   springls_chunks: the zero level in bricks, and which have changed. springls_snapshot, springls_restore: back, and on again to the bit.
+
+
    ERRORS
 
    Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) tells
@@ -326,7 +345,6 @@
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
      - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
-     - Snapshots and attribute channels are not there yet.
 
 
    DEVIATIONS of springls_paper_params() from the paper
@@ -899,8 +917,8 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one 
    another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
 typedef enum springls_snapshot_kind {
     SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
-                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference, combine)
+                               to input: smaller and made faster, for undo and rollback. Restores where they are the same: in
                                this context, or one that a block with all has been restored to                 */
 } springls_snapshot_kind;
 
@@ -13291,6 +13309,7 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
@@ -14676,7 +14695,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 586 \"springls.h\"\n",
+    "#line 604 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -14761,7 +14780,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 1184 \"springls.h\"\n",
+    "#line 1202 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -14825,7 +14844,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1249 \"springls.h\"\n",
+    "#line 1267 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -14968,7 +14987,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1393 \"springls.h\"\n",
+    "#line 1411 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15035,7 +15054,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1461 \"springls.h\"\n",
+    "#line 1479 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15299,7 +15318,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1726 \"springls.h\"\n",
+    "#line 1744 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -15547,7 +15566,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1975 \"springls.h\"\n",
+    "#line 1993 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -15678,7 +15697,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2107 \"springls.h\"\n",
+    "#line 2125 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -15788,7 +15807,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2218 \"springls.h\"\n",
+    "#line 2236 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -15850,7 +15869,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2281 \"springls.h\"\n",
+    "#line 2299 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16058,7 +16077,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2490 \"springls.h\"\n",
+    "#line 2508 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -16222,7 +16241,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2655 \"springls.h\"\n",
+    "#line 2673 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16248,7 +16267,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2682 \"springls.h\"\n",
+    "#line 2700 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16317,7 +16336,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2752 \"springls.h\"\n",
+    "#line 2770 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16368,7 +16387,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2804 \"springls.h\"\n",
+    "#line 2822 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16542,7 +16561,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2979 \"springls.h\"\n",
+    "#line 2997 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16664,7 +16683,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3102 \"springls.h\"\n",
+    "#line 3120 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -16804,7 +16823,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3243 \"springls.h\"\n",
+    "#line 3261 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17214,7 +17233,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3654 \"springls.h\"\n",
+    "#line 3672 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17312,7 +17331,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3753 \"springls.h\"\n",
+    "#line 3771 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17415,7 +17434,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3857 \"springls.h\"\n",
+    "#line 3875 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17621,7 +17640,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4064 \"springls.h\"\n",
+    "#line 4082 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17678,7 +17697,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4122 \"springls.h\"\n",
+    "#line 4140 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -17773,7 +17792,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4218 \"springls.h\"\n",
+    "#line 4236 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -17897,7 +17916,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4343 \"springls.h\"\n",
+    "#line 4361 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -18187,7 +18206,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4634 \"springls.h\"\n",
+    "#line 4652 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18374,7 +18393,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4822 \"springls.h\"\n",
+    "#line 4840 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18501,7 +18520,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4950 \"springls.h\"\n",
+    "#line 4968 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18596,7 +18615,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5046 \"springls.h\"\n",
+    "#line 5064 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -18862,7 +18881,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5313 \"springls.h\"\n",
+    "#line 5331 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -19102,7 +19121,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5554 \"springls.h\"\n",
+    "#line 5572 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19133,7 +19152,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5586 \"springls.h\"\n",
+    "#line 5604 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19349,7 +19368,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5803 \"springls.h\"\n",
+    "#line 5821 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -19460,7 +19479,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5915 \"springls.h\"\n",
+    "#line 5933 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -19603,7 +19622,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6059 \"springls.h\"\n",
+    "#line 6077 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19681,7 +19700,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19685 \"springls.h\"\n",
+    "#line 19704 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20099,7 +20118,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20103 \"springls.h\"\n",
+    "#line 20122 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20298,7 +20317,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20302 \"springls.h\"\n",
+    "#line 20321 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

@@ -340,8 +340,8 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one 
    another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
 typedef enum springls_snapshot_kind {
     SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
-                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference, combine)
+                               to input: smaller and made faster, for undo and rollback. Restores where they are the same: in
                                this context, or one that a block with all has been restored to                 */
 } springls_snapshot_kind;
 

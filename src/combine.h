@@ -244,6 +244,7 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */

@@ -2,7 +2,7 @@
    the model stays as it was. */
 #include "fixtures.h"
 
-enum { FLUID, FLUID_PAPER, ELASTIC, LOCKED, PRESERVED, EDGES, MESH, SCENES };
+enum { FLUID, FLUID_PAPER, ELASTIC, LOCKED, PRESERVED, EDGES, MESH, COMBINED, SCENES };
 enum { SIZE = 24 };
 
 typedef struct scene {
@@ -54,6 +54,10 @@ static springls_status scene_begin(scene *s, int which, const springls_tasks *ta
     if (empty) return SPRINGLS_OK;
     if (which == MESH) SPRINGLS__TRY(ball_mesh(s->ctx));
     else SPRINGLS__TRY(which == EDGES ? springls_set_implicit(s->ctx, springls_implicit_box, &box) : springls_set_implicit(s->ctx, springls_implicit_sphere, &ball));
+    if (which == COMBINED) {
+        springls_sphere bite = fixture_ball(14.0f, 11.0f, 12.0f, 4.0f);
+        SPRINGLS__TRY(springls_combine_implicit(s->ctx, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &bite));
+    }
     if (which == FLUID || which == MESH) {
         float *values = (float *)malloc(3 * (size_t)springls_count(s->ctx) * sizeof *values);
         for (i = 0; i < 3 * springls_count(s->ctx); i++) values[i] = 0.01f * (float)(i % 97);

@@ -147,7 +147,7 @@ ASSERT_LT(longest, budget + cost * 4.0 * springls_count(s.ctx));
     PASS();
 }
 
-typedef enum ender { BY_STEP, BY_STAGE, BY_PARAMS, BY_TIME, BY_MASK, BY_REFERENCE, BY_SPEED, BY_MESH, BY_MEASURE, BY_CHUNKS, BY_SNAPSHOT, BY_ATTRIBUTE, BY_BEGIN, ENDERS } ender;
+typedef enum ender { BY_STEP, BY_STAGE, BY_PARAMS, BY_TIME, BY_MASK, BY_REFERENCE, BY_SPEED, BY_MESH, BY_MEASURE, BY_CHUNKS, BY_SNAPSHOT, BY_ATTRIBUTE, BY_OFFSET, BY_COMBINING, BY_BEGIN, ENDERS } ender;
 
 static springls_status end_by(scene *s, ender which)
 {
@@ -157,6 +157,7 @@ static springls_status end_by(scene *s, ender which)
     springls_mesh mesh;
     springls_chunks *chunks;
     const springls_chunk *changed;
+    springls_sphere bite = fixture_ball(13.0f, 12.0f, 12.0f, 4.0f);
     springls_attribute_desc heat = { "heat", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
     springls_status status = SPRINGLS_OK;
     float speed;
@@ -181,6 +182,8 @@ static springls_status end_by(scene *s, ender which)
         springls_chunks_destroy(ctx, chunks);
         return status;
     case BY_SNAPSHOT: return springls_snapshot(ctx, SPRINGLS_SNAPSHOT_ALL, NULL, 0, &size);
+    case BY_OFFSET: return springls_offset(ctx, 0.5f);
+    case BY_COMBINING: return springls_combine_implicit(ctx, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &bite);
     case BY_ATTRIBUTE: return springls_add_attribute(ctx, &heat, NULL, NULL);
     default: return springls_step_begin(ctx, &s->step);
     }
