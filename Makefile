@@ -33,10 +33,10 @@ PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
 KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
-ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c run_options.c segment*.c track*.c viewer*.c)))
+ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c morph*.c run_options.c segment*.c track*.c viewer*.c)))
 # What of that the atlas does without.
 NOT_ATLAS    := $(filter-out $(addprefix examples/common/,atlas%.c run_options.c segment_model.c),$(ON_SPRINGLS))
-EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c))
+EXAMPLES     := $(patsubst examples/%.c,build/%,$(wildcard examples/*.c)) $(patsubst examples/%.cpp,build/%,$(wildcard examples/*.cpp))
 # Tests have OpenCL where its headers are; the parts have no text for it.
 OPENCL       := $(if $(filter 1,$(PARTS)),,$(filter 1,$(WITH_OPENCL)))
 # Sanitized tests and tests of the parts live in folders of their own, beside the plain ones.
@@ -51,7 +51,8 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions segmentation imaging install format clean \
+.PHONY: help deps deps-demo deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions \
+        segmentation imaging install format clean \
         asan ubsan tsan msan oclgrind deps-oclgrind compile-matrix deps-matrix FORCE
 .DELETE_ON_ERROR:
 
@@ -60,11 +61,11 @@ help:   ## this list
 
 # ---- set-up: finds what is missing and installs it, saying so ----
 
-deps: deps-test deps-demo deps-opencl   ## install what demo and test need, where missing
+deps: deps-test deps-demo deps-display deps-opencl   ## install what demo and test need, where missing
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
+deps-demo deps-display deps-test deps-opencl deps-oclgrind deps-bench deps-matrix:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -107,6 +108,10 @@ build/libcommon.a: $(COMMON)
 build/%: examples/%.c springls.h springls_cl.h build/libcommon.a build/common/settings
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -MMD -MP -MF build/$*.d -o $@ $< build/libcommon.a $(EXAMPLE_LIBS)
 
+# C++17, as engines are written.
+build/%: examples/%.cpp springls.h build/common/settings
+	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/$*.d -o $@ $< -lm -pthread
+
 examples: $(EXAMPLES)   ## build every program of examples/ into build/
 
 HEAD_SCAN  ?= /usr/share/mricron/templates/ch2bet.nii.gz
@@ -135,9 +140,16 @@ endif
 $(TEST_DIR)/%: tests/%.c springls.h $(TEST_DIR)/settings
 	$(SAY)$(CC) $(TEST_FLAGS) $(SANITIZE) -I. -Itests -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
 
+# The engine's game loop, and the code of docs/engine.md, as a C++ program of their own; with threads, so under every sanitizer.
+TESTS += $(TEST_DIR)/test_engine
+$(TEST_DIR)/test_engine: tests/test_engine.cc examples/engine_embed.cpp docs/engine.md springls.h $(TEST_DIR)/settings
+	@sed -n '/^```cpp/,/^```$$/{/^```/!p}' docs/engine.md > $(TEST_DIR)/engine_sample.h
+	$(SAY)$(CXX) $(filter-out -std=c99,$(TEST_FLAGS)) -std=c++17 $(SANITIZE) -I. -Itests -I$(TEST_DIR) -MMD -MP -MF $@.d -o $@ $< $(TEST_LIBS)
+
 test: deps-test   ## build and run tests/test_*.c, each a program of its own, on both backends
 	@without="Going on without: the tests that want these are skipped."; \
 	  if $(DEPS) demo; then with=1; else with=0; echo "$$without"; fi; \
+	  $(DEPS) display || echo "$$without"; \
 	  if $(DEPS) opencl; then opencl=1; else opencl=0; echo "$$without"; fi; \
 	  $(MAKE) --no-print-directory test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
 
@@ -212,10 +224,10 @@ build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/setting
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
 	  -Wl,--copy-dt-needed-entries $(EXAMPLE_LIBS) -lopenvdb -ltbb
 
-BENCH_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,bench memory openvdb_advection)
+BENCH_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,bench memory frames openvdb_advection)
 PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
 
-bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time (GRID=128; ONLY=opencl)
+bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames (GRID=128; ONLY=opencl, ONLY=frames)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" build/bench/bench
 

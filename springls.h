@@ -77,7 +77,9 @@
      >>read                 src/read.h
      >>attributes           src/attributes.h
      >>material             src/material.h
+     >>combine              src/combine.h
      >>isosurface           src/isosurface.h
+     >>remodel              src/remodel.h
      >>measure              src/measure.h
      >>chunks               src/chunks.h
      >>snapshot             src/snapshot.h
@@ -299,6 +301,25 @@
    else to do: set OMP_WAIT_POLICY=passive in the environment.
 
 
+   FRAMES
+
+   springls_step_begin and springls_step_continue are springls_step in pieces, for a budget of time a frame: the same bits
+   however it is cut. A stage is left between its parts, and inside the loops that are its work:
+
+     advect               the forces' batches
+     relax                finding neighbours, every iteration
+     contract             choosing, every round of merging
+     project              the projection, removal of specks, every sweep that re-distances
+     fill_gaps            looking for holes, looking for bare triangles
+     evolve, rebuild      omega, eq. 23, every sweep
+     unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
+
+   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells, bricks are added
+   and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed; resample, keep_edges and
+   volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits where a part wants a number back.
+   springls_chunks: the zero level in bricks, and which have changed. springls_snapshot, springls_restore: back, and on again to the bit.
+
+
    ERRORS
 
    Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) tells
@@ -324,7 +345,6 @@
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
      - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
-     - Snapshots and attribute channels are not there yet.
 
 
    DEVIATIONS of springls_paper_params() from the paper
@@ -495,6 +515,11 @@
   #define springls_find_seams SPRINGLS__NAME(springls_find_seams)
   #define springls_lookup SPRINGLS__NAME(springls_lookup)
   #define springls_material_count SPRINGLS__NAME(springls_material_count)
+  #define springls_combine SPRINGLS__NAME(springls_combine)
+  #define springls_combine_implicit SPRINGLS__NAME(springls_combine_implicit)
+  #define springls_offset SPRINGLS__NAME(springls_offset)
+  #define springls_smooth SPRINGLS__NAME(springls_smooth)
+  #define springls_remesh SPRINGLS__NAME(springls_remesh)
   #define springls_stage_name SPRINGLS__NAME(springls_stage_name)
   #define springls_get_stats SPRINGLS__NAME(springls_get_stats)
   #define springls_measure SPRINGLS__NAME(springls_measure)
@@ -892,8 +917,8 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one 
    another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
 typedef enum springls_snapshot_kind {
     SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
-                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference, combine)
+                               to input: smaller and made faster, for undo and rollback. Restores where they are the same: in
                                this context, or one that a block with all has been restored to                 */
 } springls_snapshot_kind;
 
@@ -957,9 +982,9 @@ typedef struct springls_chunk {
 } springls_chunk;
 
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.01; negative: nothing, and the chunks are
-                        springls_extract_mesh's mesh to the bit. Springls always move a little, so then most chunks change in
-                        every step                                                                              */
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
+                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
+                        all chunks change in every step                                                         */
     bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
 } springls_chunks_desc;
 
@@ -1090,6 +1115,35 @@ SPRINGLS_API springls_status springls_lookup(const springls_material *places, in
 
 /* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
 SPRINGLS_API int springls_material_count(const springls_context *ctx);
+
+/* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
+
+typedef enum springls_operation { SPRINGLS_UNION, SPRINGLS_INTERSECTION, SPRINGLS_DIFFERENCE } springls_operation;
+
+/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width. Springls of both
+   stay where they bound the result, the other's turned round in a difference; what reaches over the seam is drawn in, the seam is
+   closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of one here are taken over; where it
+   has none of that name its springls get zeros. The original surface becomes both originals together: material triangles of the other
+   are numbered from this one's springls_material_count (before the call) on.
+   The other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out the
+   model is empty. */
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
+
+/* With an implicit function in the place of the other, asked as by springls_set_implicit. */
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn,
+                                                       void *user);
+
+/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that distance
+   of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the model is empty. */
+SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
+
+/* Motion by mean curvature for as long as a ball of radius `length` (world units) lasts: what is smaller goes, sharp edges become
+   round. keep_volume: each component keeps its volume (see VOLUME LOCK in the manual). */
+SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
+
+/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count is
+   steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
+SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */
 
@@ -10111,7 +10165,7 @@ SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
 {
     size_t n = count > 0 ? (size_t)count : 1;
-    surface->count = surface->node_count = 0;
+    surface->count = surface->given = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
     return springls__surface_room(ctx, surface, n, 0);
@@ -13008,6 +13062,306 @@ SPRINGLS_API springls_status springls_lookup(const springls_material *places, in
     return SPRINGLS_OK;
 }
 
+/* ======== >>combine  (src/combine.h) =========================================================================== */
+/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie: those
+   that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls tell it exactly
+   (project, keep_edges). */
+
+/* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
+typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
+
+/* alike, opposite: do springls stay that lie on the other's surface and face the same way, or the other way? */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls_context *asked, springls_operation operation, bool of_other)
+{
+    springls__side_rule rule;
+    rule.asked = &asked->model.grid;
+    rule.sign = operation == SPRINGLS_INTERSECTION || (operation == SPRINGLS_DIFFERENCE && of_other) ? -1.0f : 1.0f;
+    rule.alike = !of_other && operation != SPRINGLS_DIFFERENCE; /* one of the two is enough */
+    rule.opposite = !of_other && operation == SPRINGLS_DIFFERENCE;
+    return rule;
+}
+
+SPRINGLS__FN bool springls__stays(const springls__side_rule *rule, const springls__springl *s)
+{
+    const float on_surface = 0.05f;
+    float phi = springls__grid_sample(rule->asked, rule->asked->phi, s->p);
+    float facing = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->asked, rule->asked->phi, s->p));
+    if (springls__fabs(phi) < on_surface && facing > 0.7f) return rule->alike != 0;
+    if (springls__fabs(phi) < on_surface && facing < -0.7f) return rule->opposite != 0;
+    return rule->sign * phi > 0.0f;
+}
+
+/* Corners beyond the seam are drawn in to it, towards the particle. */
+SPRINGLS__FN springls__springl springls__draw_in(const springls__side_rule *rule, springls__springl s)
+{
+    const float enough = 0.1f; /* nearer to the seam a triangle would be left without an area */
+    float here = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.p);
+    int m;
+    for (m = 0; m < 3 && here > enough; m++) {
+        float there = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.q[m]);
+        if (there < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], here / (here - there));
+    }
+    return springls__springl_finished(s);
+}
+
+SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a, float b)
+{
+    if (operation == SPRINGLS_UNION) return springls__min(a, b);
+    return springls__max(a, operation == SPRINGLS_DIFFERENCE ? -b : b);
+}
+
+/* ---- level sets ---- */
+
+/* Bricks active in either; the list is in SCRATCH2. */
+SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i, count = 0, bricks = (int)springls__brick_count(g), *list;
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    for (i = 0; i < bricks; i++)
+        if (other->top[i] >= SPRINGLS__FIRST_SLOT) list[count++] = i;
+    return springls__grid_add_bricks(ctx, list, count);
+}
+
+SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
+{
+    springls__grid *g = &ctx->model.grid;
+    size_t i, bricks = springls__brick_count(g);
+    int v;
+    for (i = 0; i < bricks; i++) {
+        float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *its = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT)
+            g->top[i] = springls__combined_phi(operation, *phi, *its) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        else
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], its[v]);
+    }
+    ctx->omega_fresh = false;
+}
+
+/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals cross, within
+   a voxel, it is less exact. */
+SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
+{
+    springls__grid *g = &ctx->model.reference;
+    springls__buffer *memory = &ctx->memory[SPRINGLS__ARRAY_REFERENCE_PHI], field;
+    size_t i, bricks = springls__brick_count(g);
+    int slots = SPRINGLS__FIRST_SLOT, v;
+    float *phi;
+    memset(&field, 0, sizeof field);
+    for (i = 0; i < bricks; i++) slots += g->top[i] >= SPRINGLS__FIRST_SLOT || other->top[i] >= SPRINGLS__FIRST_SLOT;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, (size_t)slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    phi = (float *)field.data;
+    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
+    slots = SPRINGLS__FIRST_SLOT;
+    for (i = 0; i < bricks; i++) {
+        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            phi[(size_t)slots * SPRINGLS__BRICK_VOXELS + (size_t)v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+        g->top[i] = slots++;
+    }
+    g->slot_count = slots;
+    springls__release(ctx, memory->data, memory->bytes);
+    memory->data = field.data;
+    memory->bytes = field.bytes;
+    springls__bind(ctx);
+    return SPRINGLS_OK;
+}
+
+/* ---- original surfaces ---- */
+
+SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before, bool turn)
+{
+    int i, k;
+    for (i = 0; i < from->count; i++) {
+        for (k = 0; k < 3; k++) to->points[3 * (at + i) + k] = from->points[3 * i + (turn && k ? 3 - k : k)];
+        to->source[at + i] = ((from->source ? from->source[i] : 2 * i) ^ (int)turn) + 2 * given_before;
+    }
+}
+
+SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both, const springls__surface *other, bool turn)
+{
+    const springls__surface *own = &ctx->original;
+    int count = own->count + other->count;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->source_memory, (size_t)springls__imax(count, 1), sizeof(int), 0));
+    both->source = (int *)both->source_memory.data;
+    springls__copy_triangles(both, 0, own, 0, false);
+    springls__copy_triangles(both, own->count, other, own->given, turn);
+    SPRINGLS__TRY(springls__surface_finish(ctx, both, count));
+    both->given = own->given + other->given;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
+{
+    springls__surface both;
+    springls_status status;
+    memset(&both, 0, sizeof both);
+    status = springls__both_surfaces(ctx, &both, other, turn);
+    if (status != SPRINGLS_OK) {
+        springls__surface_free(ctx, &both);
+        return status;
+    }
+    springls__surface_free(ctx, &ctx->original);
+    ctx->original = both;
+    return SPRINGLS_OK;
+}
+
+/* ---- springls ---- */
+
+/* Which of a model's springls stay, to its SCRATCH1; returns how many. */
+SPRINGLS__FN springls_status springls__who_stays(springls_context *ctx, const springls__side_rule *rule, int *staying)
+{
+    uint8_t *fate;
+    int i;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, (void **)&fate));
+    for (i = *staying = 0; i < ctx->model.set.count; i++) {
+        fate[i] = springls__stays(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        *staying += fate[i] == SPRINGLS__KEEP;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Springl j of the other, behind all that are here. */
+SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_context *other, int j, const springls__side_rule *rule, bool turn)
+{
+    const springls__constellation *set = &other->model.set;
+    springls__springl s = springls__draw_in(rule, set->s[j]);
+    uint32_t birth = set->birth[j], age = set->step - (birth >> 2);
+    int i, k, n;
+    if (turn) {
+        springls__v3 q = s.q[1];
+        s.q[1] = s.q[2];
+        s.q[2] = q;
+    }
+    n = springls__constellation_append(ctx, &s, set->a[j], set->generation[j], set->mask[j]);
+    ctx->model.set.birth[n] = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (birth & 3u);
+    ctx->model.set.edge[n] = set->edge[j];
+    for (i = 0; i < ctx->attribute_count; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        size_t bytes = (size_t)attribute->channels * sizeof(float);
+        k = springls_find_attribute(other, attribute->name);
+        if (k >= 0 && other->attributes[k].channels == attribute->channels)
+            memcpy(springls__attribute_row(attribute, n), springls__attribute_row(&other->attributes[k], j), bytes);
+        else
+            memset(springls__attribute_row(attribute, n), 0, bytes);
+    }
+}
+
+SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    const bool turn = operation == SPRINGLS_DIFFERENCE;
+    springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
+    int i, count = ctx->model.set.count, staying, coming;
+    SPRINGLS__TRY(springls__who_stays(ctx, &rule, &staying));
+    SPRINGLS__TRY(springls__who_stays(other, &its_rule, &coming));
+    if (staying + coming == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    if (staying + coming > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + coming)));
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], staying + coming, count));
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, count);
+    for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__draw_in(&rule, ctx->model.set.s[i]);
+    for (i = 0; i < other->model.set.count; i++)
+        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP) springls__take_springl(ctx, other, i, &its_rule, turn);
+    ctx->stats.removed += count - staying;
+    ctx->stats.added += coming;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* ---- and what follows ---- */
+
+/* Gaps are filled, with all that fill_gaps finds in some calls: a wide one takes more than one. */
+SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
+{
+    const int most = 6;
+    int i, before = -1;
+    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+        before = ctx->model.set.count;
+        SPRINGLS__TRY(springls__whole(ctx, springls__fill_gaps));
+    }
+    return SPRINGLS_OK;
+}
+
+/* Springls and level set have new boundaries: edges are found, gaps are filled, and phi is what the springls say, if asked. */
+SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool project)
+{
+    springls__constellation_changed(ctx);
+    ctx->locked_count = 0;
+    springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
+    SPRINGLS__TRY(springls__band_move(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    SPRINGLS__TRY(springls__fill_all_gaps(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
+    springls__phi_in_step(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
+    ctx->reference_stamp = 0;
+    SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_DIFFERENCE));
+    SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
+    springls__combine_level_sets(ctx, operation, &other->model.grid);
+    return springls__settle_down(ctx, true);
+}
+
+SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation, const springls_context *other)
+{
+    if (operation != SPRINGLS_UNION && operation != SPRINGLS_INTERSECTION && operation != SPRINGLS_DIFFERENCE)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
+    if (!other || other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
+    if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
+        || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");
+    if (ctx->model.params.band_half_width != other->model.params.band_half_width)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has another band_half_width");
+    if (ctx->model.set.count == 0 || other->model.set.count == 0)
+        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: %s model has no springls", ctx->model.set.count ? "the other" : "this");
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (springls__finish_step(other) != SPRINGLS_OK || springls__use_host(other, false) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
+}
+
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn, void *user)
+{
+    springls_context *other;
+    springls_desc desc;
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    desc = ctx->desc;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, &other) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
+    status = springls_set_implicit(other, fn, user);
+    if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
+    else springls__fail(ctx, status, "combine_implicit: %.200s", other->error);
+    springls_destroy(other);
+    return status;
+}
+
 /* ======== >>isosurface  (src/isosurface.h) ===================================================================== */
 /* isosurface.h - the watertight zero level as a welded mesh; the springls as a soup. */
 
@@ -13155,6 +13509,229 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
     if (!ctx || !mesh) return;
     springls__release(ctx, mesh->positions, mesh->bytes);
     memset(mesh, 0, sizeof *mesh);
+}
+
+/* ======== >>remodel  (src/remodel.h) =========================================================================== */
+/* remodel.h - offset, smooth, remesh: a model made over in one call. */
+
+/* ---- offset ---- */
+
+/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners off; less
+   the offset. All in voxels. */
+typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level, edges; float offset; } springls__parallel_surface;
+
+SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
+{
+    springls__parallel_surface *job = (springls__parallel_surface *)arg;
+    int i;
+    springls__mesh_signed_distance(&job->distance, points, count, out);
+    for (i = 0; i < count; i++) {
+        springls__surface_hit edge = springls__surface_closest(&job->edges, points[i], springls__fabs(out[i]));
+        if (edge.triangle >= 0) out[i] = out[i] < 0.0f ? -springls__sqrt(edge.hit.d2) : springls__sqrt(edge.hit.d2);
+        out[i] -= job->offset;
+    }
+}
+
+SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
+{
+    int i, m, count = 0;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, ctx->model.set.at_edges));
+    for (i = 0; i < ctx->model.set.count && count < ctx->model.set.at_edges; i++) {
+        if (!springls__at_edge(&ctx->model, i)) continue;
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = ctx->model.set.s[i].q[m];
+        count++;
+    }
+    return springls__surface_finish(ctx, surface, count);
+}
+
+/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved parts would
+   lie inside by twice as much in either direction. */
+SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
+{
+    static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3..5: the middle between corner k - 3 and the next */
+    springls__raw_mesh raw;
+    int t, k;
+    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    if (raw.triangle_count > INT32_MAX / 12) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "offset: too many triangles");
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, 4 * raw.triangle_count));
+    for (t = 0; t < raw.triangle_count; t++) {
+        springls__v3 x[6];
+        for (k = 0; k < 3; k++) x[k] = raw.positions[raw.triangles[3 * t + k]];
+        for (k = 0; k < 3; k++) { /* from the lower end of the edge, so that both its triangles find the same middle */
+            int a = raw.triangles[3 * t + k], b = raw.triangles[3 * t + (k + 1) % 3];
+            x[3 + k] = springls__lerp(raw.positions[springls__imin(a, b)], raw.positions[springls__imax(a, b)], 0.5f);
+            x[3 + k] = springls__to_zero_level(&ctx->model.grid, x[3 + k]);
+        }
+        for (k = 0; k < 12; k++) surface->points[12 * t + k] = x[corner[k]];
+    }
+    SPRINGLS__TRY(springls__surface_finish(ctx, surface, 4 * raw.triangle_count));
+    return springls__surface_make_dipoles(ctx, surface);
+}
+
+/* Every springl goes along the surface's normals, its own at a sharp edge. */
+SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i, m;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__springl *s = &ctx->model.set.s[i];
+        springls__v3 own = springls__springl_normal(*s), n = own;
+        for (m = 0; m < 4; m++) {
+            springls__v3 *x = m < 3 ? &s->q[m] : &s->p;
+            if (!springls__at_edge(&ctx->model, i)) n = springls__normalize(springls__grid_gradient(g, g->phi, *x));
+            if (springls__dot(n, own) < 0.5f) n = own;
+            *x = springls__mad(*x, n, offset);
+        }
+        *s = springls__springl_finished(*s);
+    }
+    springls__constellation_changed(ctx);
+}
+
+/* Those that have come to the new zero level stay, moved onto it; others lie before or behind what another part has become. */
+SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const float near = 0.15f;
+    int i, m, count = ctx->model.set.count;
+    uint8_t *fate;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, (void **)&fate));
+    for (i = 0; i < count; i++) {
+        springls__springl *s = &ctx->model.set.s[i];
+        springls__v3 moved;
+        fate[i] = springls__fabs(springls__phi_or_beyond(g, s->p)) < near ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        if (fate[i] == SPRINGLS__REMOVE) continue;
+        moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
+        s->p = springls__add(s->p, moved);
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], moved);
+    }
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, count);
+    ctx->stats.removed += count - ctx->model.set.count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int k, v;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] == SPRINGLS__INSIDE) return true;
+    for (k = 0; k < g->active_count; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
+    return false;
+}
+
+/* Until none is too large. */
+SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
+{
+    const int most = 40;
+    int i, before = -1;
+    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+        before = ctx->model.set.count;
+        SPRINGLS__TRY(springls__resample(ctx));
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__parallel_surface *job)
+{
+    SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->level));
+    SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
+    if (job->level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
+    springls__offset_springls(ctx, job->offset);
+    job->distance.surface = &job->level;
+    job->distance.balanced = true;
+    job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
+    springls__grid_clear(ctx, &ctx->model.grid);
+    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job));
+    if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
+    SPRINGLS__TRY(springls__offset_sort(ctx));
+    SPRINGLS__TRY(springls__split_all(ctx));
+    return springls__settle_down(ctx, false); /* phi is exact already */
+}
+
+SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
+{
+    springls__parallel_surface job;
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    memset(&job, 0, sizeof job);
+    job.offset = distance / ctx->smallest_spacing;
+    if (!(springls__fabs(job.offset) < 1e4f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
+    if (job.offset == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    status = springls__offset(ctx, &job);
+    springls__surface_free(ctx, &job.level);
+    springls__surface_free(ctx, &job.edges);
+    return springls__clear_on_failure(ctx, status);
+}
+
+/* ---- smooth ---- */
+
+SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+{
+    const float stable = 0.15f; /* voxel^2 of curvature motion a step */
+    springls_params params;
+    springls_forces forces;
+    springls_step_desc step;
+    springls_status status;
+    float voxels, duration;
+    double time;
+    int steps;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    voxels = length / ctx->smallest_spacing;
+    if (!(voxels >= 0.0f && voxels < 1e3f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
+    if (voxels == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    params = ctx->model.params;
+    time = ctx->time;
+    duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
+    steps = (int)(duration / stable) + 1;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.curvature_weight = 1.0f;
+    step.forces = &forces;
+    step.mode = SPRINGLS_FLUID;
+    step.dt = duration / (float)steps;
+    ctx->model.params.keep_edges = 0;
+    ctx->model.params.volume_lock = keep_volume;
+    status = springls_run(ctx, &step, steps);
+    ctx->model.params.keep_edges = params.keep_edges;
+    ctx->model.params.volume_lock = params.volume_lock;
+    ctx->time = time;
+    return status;
+}
+
+/* ---- remesh ---- */
+
+SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
+{
+    const int most = 4;
+    int i, before = -1;
+    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+        before = ctx->model.set.count;
+        SPRINGLS__TRY(springls__split_all(ctx));
+        SPRINGLS__TRY(springls__whole(ctx, springls__relax));
+        SPRINGLS__TRY(springls__whole(ctx, springls__contract_now));
+        SPRINGLS__TRY(springls__fill_all_gaps(ctx));
+    }
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
+    springls__phi_in_step(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    return springls__remesh(ctx);
 }
 
 /* ======== >>measure  (src/measure.h) =========================================================================== */
@@ -13309,13 +13886,15 @@ SPRINGLS__FN uint32_t springls__touches(int v)
 
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
-/* Voxels of a listed brick that have left the tolerance are shown as they are now. */
+/* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
+   them. */
 SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
 {
     const springls__chunk_job *job = (const springls__chunk_job *)arg;
     springls_chunks *c = job->chunks;
     const springls__grid *g = &job->ctx->model.grid;
-    const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    const float tolerance = c->desc.tolerance, deep = 1.5f;
+    const uint32_t own = 1u << 13;
     int v;
     for (; begin < end; begin++) {
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
@@ -13323,12 +13902,14 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
         uint32_t touched = 0u;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             float before = shown[v];
-            if (springls__fabs(now[v] - before) <= tolerance && (now[v] < 0.0f) == (before < 0.0f)) continue;
+            if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
-            /* far from the surface it moves neither vertices nor normals */
-            if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
+            /* further from the surface it moves no vertices, and normals hardly */
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep) touched |= springls__touches(v);
         }
-        c->touched[begin] = touched;
+        for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
+            if (springls__touches(v) == own) shown[v] = now[v];
+        c->touched[begin] = touched ? touched | own : 0u;
     }
 }
 
@@ -13583,7 +14164,7 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
     if (desc) c->desc = *desc;
-    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.01f : springls__max(c->desc.tolerance, 0.0f);
+    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.05f : springls__max(c->desc.tolerance, 0.0f);
     status = springls__chunks_make(ctx, c);
     if (status == SPRINGLS_OK) *out = c;
     else springls__chunks_free(ctx, c);
@@ -14114,7 +14695,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 579 \"springls.h\"\n",
+    "#line 604 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -14199,7 +14780,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 1148 \"springls.h\"\n",
+    "#line 1202 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -14263,7 +14844,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1213 \"springls.h\"\n",
+    "#line 1267 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -14406,7 +14987,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1357 \"springls.h\"\n",
+    "#line 1411 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -14473,7 +15054,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1425 \"springls.h\"\n",
+    "#line 1479 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -14737,7 +15318,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1690 \"springls.h\"\n",
+    "#line 1744 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -14985,7 +15566,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1939 \"springls.h\"\n",
+    "#line 1993 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -15116,7 +15697,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2071 \"springls.h\"\n",
+    "#line 2125 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -15226,7 +15807,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2182 \"springls.h\"\n",
+    "#line 2236 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -15288,7 +15869,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2245 \"springls.h\"\n",
+    "#line 2299 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -15496,7 +16077,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2454 \"springls.h\"\n",
+    "#line 2508 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -15660,7 +16241,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2619 \"springls.h\"\n",
+    "#line 2673 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -15686,7 +16267,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2646 \"springls.h\"\n",
+    "#line 2700 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -15755,7 +16336,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2716 \"springls.h\"\n",
+    "#line 2770 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -15806,7 +16387,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2768 \"springls.h\"\n",
+    "#line 2822 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -15980,7 +16561,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2943 \"springls.h\"\n",
+    "#line 2997 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16102,7 +16683,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3066 \"springls.h\"\n",
+    "#line 3120 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -16242,7 +16823,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3207 \"springls.h\"\n",
+    "#line 3261 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -16652,7 +17233,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3618 \"springls.h\"\n",
+    "#line 3672 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -16750,7 +17331,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3717 \"springls.h\"\n",
+    "#line 3771 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -16853,7 +17434,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3821 \"springls.h\"\n",
+    "#line 3875 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17059,7 +17640,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4028 \"springls.h\"\n",
+    "#line 4082 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17116,7 +17697,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4086 \"springls.h\"\n",
+    "#line 4140 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -17211,7 +17792,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4182 \"springls.h\"\n",
+    "#line 4236 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -17335,7 +17916,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4307 \"springls.h\"\n",
+    "#line 4361 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -17625,7 +18206,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4598 \"springls.h\"\n",
+    "#line 4652 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -17812,7 +18393,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4786 \"springls.h\"\n",
+    "#line 4840 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -17939,7 +18520,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4914 \"springls.h\"\n",
+    "#line 4968 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18034,7 +18615,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5010 \"springls.h\"\n",
+    "#line 5064 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -18300,7 +18881,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5277 \"springls.h\"\n",
+    "#line 5331 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -18540,7 +19121,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5518 \"springls.h\"\n",
+    "#line 5572 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -18571,7 +19152,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5550 \"springls.h\"\n",
+    "#line 5604 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -18787,7 +19368,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5767 \"springls.h\"\n",
+    "#line 5821 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -18898,7 +19479,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5879 \"springls.h\"\n",
+    "#line 5933 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -19041,7 +19622,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6023 \"springls.h\"\n",
+    "#line 6077 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19119,7 +19700,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19123 \"springls.h\"\n",
+    "#line 19704 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -19537,7 +20118,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 19541 \"springls.h\"\n",
+    "#line 20122 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -19736,7 +20317,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 19740 \"springls.h\"\n",
+    "#line 20321 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

@@ -1,6 +1,6 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: test demo opencl oclgrind bench matrix make. CC and CXX name the compilers that are wanted.
+# system's package manager. Groups: test demo display opencl oclgrind bench matrix make. CC and CXX name the compilers that are wanted.
 # Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -33,7 +33,8 @@ for group; do
     case $group in
     make)
         need_command make make ;;
-    test) ;;
+    test)   # the engine's game loop is C++
+        need_command "${CXX%% *}" "$(compiler_package "$CXX")" ;;
     matrix)
         headers="$headers
             CL/cl.h opencl-headers"
@@ -50,6 +51,10 @@ for group; do
         need_command oclgrind oclgrind
         need_command clang clang
         echo 'int main(void) { return 0; }' | clang -x c -fsanitize=memory -o /dev/null - 2> /dev/null || need libclang-rt-dev ;;
+    display)   # a window that nobody needs to see: a virtual display, OpenGL drawn by the processor
+        need_command Xvfb xvfb
+        need_library libGL.so.1 libgl1
+        need_library dri/swrast_dri.so libgl1-mesa-dri ;;
     demo|bench)
         headers="$headers
             CL/cl.h opencl-headers
@@ -59,16 +64,18 @@ for group; do
             zlib.h zlib1g-dev
             assimp/cimport.h libassimp-dev
             lapacke.h liblapacke-dev
-            cjson/cJSON.h libcjson-dev"
+            cjson/cJSON.h libcjson-dev
+            GLFW/glfw3.h libglfw3-dev
+            epoxy/gl.h libepoxy-dev"
         need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
+        need_command "${CXX%% *}" "$(compiler_package "$CXX")"
         if [ "$group" = bench ]; then
-            need_command "${CXX%% *}" "$(compiler_package "$CXX")"
             headers="$headers
             openvdb/openvdb.h libopenvdb-dev
             tbb/tbb.h libtbb-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, opencl, oclgrind, bench, matrix, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, display, opencl, oclgrind, bench, matrix, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

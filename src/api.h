@@ -340,8 +340,8 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one 
    another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
 typedef enum springls_snapshot_kind {
     SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
-                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference, combine)
+                               to input: smaller and made faster, for undo and rollback. Restores where they are the same: in
                                this context, or one that a block with all has been restored to                 */
 } springls_snapshot_kind;
 
@@ -405,9 +405,9 @@ typedef struct springls_chunk {
 } springls_chunk;
 
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.01; negative: nothing, and the chunks are
-                        springls_extract_mesh's mesh to the bit. Springls always move a little, so then most chunks change in
-                        every step                                                                              */
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
+                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
+                        all chunks change in every step                                                         */
     bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
 } springls_chunks_desc;
 
@@ -538,6 +538,35 @@ SPRINGLS_API springls_status springls_lookup(const springls_material *places, in
 
 /* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
 SPRINGLS_API int springls_material_count(const springls_context *ctx);
+
+/* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
+
+typedef enum springls_operation { SPRINGLS_UNION, SPRINGLS_INTERSECTION, SPRINGLS_DIFFERENCE } springls_operation;
+
+/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width. Springls of both
+   stay where they bound the result, the other's turned round in a difference; what reaches over the seam is drawn in, the seam is
+   closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of one here are taken over; where it
+   has none of that name its springls get zeros. The original surface becomes both originals together: material triangles of the other
+   are numbered from this one's springls_material_count (before the call) on.
+   The other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out the
+   model is empty. */
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
+
+/* With an implicit function in the place of the other, asked as by springls_set_implicit. */
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn,
+                                                       void *user);
+
+/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that distance
+   of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the model is empty. */
+SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
+
+/* Motion by mean curvature for as long as a ball of radius `length` (world units) lasts: what is smaller goes, sharp edges become
+   round. keep_volume: each component keeps its volume (see VOLUME LOCK in the manual). */
+SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
+
+/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count is
+   steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
+SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */
 

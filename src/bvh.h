@@ -144,7 +144,7 @@ SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
 {
     size_t n = count > 0 ? (size_t)count : 1;
-    surface->count = surface->node_count = 0;
+    surface->count = surface->given = surface->node_count = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
     return springls__surface_room(ctx, surface, n, 0);

@@ -73,13 +73,15 @@ SPRINGLS__FN uint32_t springls__touches(int v)
 
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
-/* Voxels of a listed brick that have left the tolerance are shown as they are now. */
+/* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
+   them. */
 SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
 {
     const springls__chunk_job *job = (const springls__chunk_job *)arg;
     springls_chunks *c = job->chunks;
     const springls__grid *g = &job->ctx->model.grid;
-    const float tolerance = c->desc.tolerance, deep = springls__min(3.0f, g->far_value);
+    const float tolerance = c->desc.tolerance, deep = 1.5f;
+    const uint32_t own = 1u << 13;
     int v;
     for (; begin < end; begin++) {
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
@@ -87,12 +89,14 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
         uint32_t touched = 0u;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             float before = shown[v];
-            if (springls__fabs(now[v] - before) <= tolerance && (now[v] < 0.0f) == (before < 0.0f)) continue;
+            if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
-            /* far from the surface it moves neither vertices nor normals */
-            if (springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)) touched |= springls__touches(v);
+            /* further from the surface it moves no vertices, and normals hardly */
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep) touched |= springls__touches(v);
         }
-        c->touched[begin] = touched;
+        for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
+            if (springls__touches(v) == own) shown[v] = now[v];
+        c->touched[begin] = touched ? touched | own : 0u;
     }
 }
 
@@ -347,7 +351,7 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
     if (desc) c->desc = *desc;
-    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.01f : springls__max(c->desc.tolerance, 0.0f);
+    c->desc.tolerance = c->desc.tolerance == 0.0f ? 0.05f : springls__max(c->desc.tolerance, 0.0f);
     status = springls__chunks_make(ctx, c);
     if (status == SPRINGLS_OK) *out = c;
     else springls__chunks_free(ctx, c);

@@ -27,6 +27,9 @@ static inline struct color color_rgb(float r, float g, float b)
 bool image_create(struct image *image, int width, int height, struct color fill);
 void image_free(struct image *image);
 bool image_write_png(const struct image *image, const char *path);
+/* PNG, JPEG and what else stb_image knows, from the bytes of a file. False, and an empty picture, when it cannot be read. */
+bool image_read(const unsigned char *bytes, size_t length, struct image *image);
+bool image_read_file(const char *path, struct image *image);
 
 /* ---- drawing ---- */
 void image_blend(struct image *image, int x, int y, struct color color, float alpha); /* one pixel */

@@ -2,6 +2,7 @@
 
 #include <assimp/cimport.h>
 #include <assimp/config.h>
+#include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -28,7 +29,7 @@ static bool fail(char error[MESH_TEXT], const char *path, const char *format, ..
 
 /* assimp believes the element counts of PLY and OFF headers and asks for that much memory. An element takes at least one
  * byte of the file, so a larger count is a broken file. */
-static bool counts_plausible(const char *path, char error[MESH_TEXT])
+bool mesh_counts_plausible(const char *path, char error[MESH_TEXT])
 {
     char line[512];
     FILE *file = fopen(path, "rb");
@@ -107,6 +108,38 @@ static uint32_t weld(struct mesh *mesh, uint32_t *table, size_t mask, const floa
     return table[slot] - 1;
 }
 
+static bool has_colors(const struct aiScene *scene)
+{
+    unsigned materials = 0;
+    for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+        if (scene->mMeshes[m]->mColors[0]) {
+            return true;
+        }
+        materials += m == 0 || scene->mMeshes[m]->mMaterialIndex != scene->mMeshes[0]->mMaterialIndex;
+    }
+    return materials > 1;
+}
+
+/* Of a vertex of a part of the file: its own colour, or the part's material's. */
+static struct aiColor4D color_of(const struct aiScene *scene, const struct aiMesh *part, unsigned vertex)
+{
+    struct aiColor4D color = {0.8f, 0.8f, 0.8f, 1.0f};
+    if (part->mColors[0]) {
+        return part->mColors[0][vertex];
+    }
+    aiGetMaterialColor(scene->mMaterials[part->mMaterialIndex], AI_MATKEY_COLOR_DIFFUSE, &color);
+    return color;
+}
+
+/* Where vertices become one the first one's colour stays. */
+static void take_color(struct mesh *mesh, uint32_t vertex, struct aiColor4D color)
+{
+    const float rgb[3] = {color.r, color.g, color.b};
+    for (int i = 0; i < 3; ++i) {
+        mesh->colors[3 * (size_t)vertex + (size_t)i] = rgb[i] > 0.0f ? fminf(rgb[i], 1.0f) : 0.0f;
+    }
+}
+
 static bool collect(const char *path, const struct aiScene *scene, struct mesh *mesh, char error[MESH_TEXT])
 {
     size_t triangles = 0;
@@ -126,7 +159,8 @@ static bool collect(const char *path, const struct aiScene *scene, struct mesh *
     uint32_t *table = calloc(slots, sizeof *table);
     mesh->positions = malloc(9 * triangles * sizeof *mesh->positions);
     mesh->indices = malloc(3 * triangles * sizeof *mesh->indices);
-    bool good = table && mesh->positions && mesh->indices;
+    mesh->colors = has_colors(scene) ? malloc(9 * triangles * sizeof *mesh->colors) : NULL;
+    bool good = table && mesh->positions && mesh->indices && (mesh->colors || !has_colors(scene));
     if (!good) {
         fail(error, path, "not enough memory for %zu triangles", triangles);
     }
@@ -146,7 +180,11 @@ static bool collect(const char *path, const struct aiScene *scene, struct mesh *
                     good = fail(error, path, "a vertex is not finite");
                     break;
                 }
+                const size_t before = mesh->vertex_count;
                 corner[k] = weld(mesh, table, slots - 1, p);
+                if (mesh->colors && mesh->vertex_count > before) {
+                    take_color(mesh, corner[k], color_of(scene, part, face->mIndices[k]));
+                }
             }
             if (!good || face->mNumIndices != 3) {
                 continue; /* points and lines */
@@ -169,7 +207,7 @@ bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT])
 {
     memset(mesh, 0, sizeof *mesh);
     error[0] = '\0';
-    if (!counts_plausible(path, error)) {
+    if (!mesh_counts_plausible(path, error)) {
         return false;
     }
     struct aiPropertyStore *properties = aiCreatePropertyStore();
@@ -196,6 +234,7 @@ void mesh_free(struct mesh *mesh)
 {
     free(mesh->positions);
     free(mesh->indices);
+    free(mesh->colors);
     memset(mesh, 0, sizeof *mesh);
 }
 

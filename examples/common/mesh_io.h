@@ -17,12 +17,17 @@ struct mesh {
     size_t vertex_count;
     uint32_t *indices; /* 3 a triangle */
     size_t triangle_count;
+    float *colors;  /* 3 a vertex, 0..1: the file's vertex colours, or those of several materials; NULL: it has none */
     size_t dropped; /* triangles left out: two corners became one vertex */
 };
 
 /* False: empty mesh, one line in `error` (unreadable, no triangles, coordinates that are not finite, bad index). */
 bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT]);
 void mesh_free(struct mesh *mesh);
+
+/* False, with one line in `error`: the file cannot be opened, is empty, or its header promises more than it can hold. For whoever
+ * hands a file to assimp, which believes headers. */
+bool mesh_counts_plausible(const char *path, char error[MESH_TEXT]);
 
 struct mesh_ply {
     const float *positions;

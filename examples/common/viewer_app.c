@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PUSH_SPEED 30.0f    /* voxels a second */
+#define PUSH_SPEED 1.0f     /* radii of the brush a second */
 #define SMOOTH_SPEED 60.0f  /* full steps a second */
 #define SLAB 3.0f           /* voxels that a cut takes away */
 #define BRUSH_LEAST 3.0f    /* voxels: below, phi does not show what the brush does */
@@ -26,6 +26,7 @@ const char viewer_manual[] =
     "5 cut          a slab along the stroke; shift: all to the right of it\n"
     "6 merge        click: a ball, drag it; enter: merge, escape: not\n"
     "V              next view: surface, springls, texture, wireframe\n"
+    "ctrl Z, ctrl Y undo, redo\n"
     "ctrl S         save; drop a file: load it (tool merge: to merge)\n"
     "R begin again, F whole body in view, H this help, Q quit\n";
 
@@ -59,6 +60,7 @@ static bool begin(struct viewer_app *app, const springls_desc *desc, const char 
     const bool good = path ? viewer_model_file(&app->model, desc, path) : viewer_model_ball(&app->model, desc);
     if (done(app, good)) {
         viewer_model_free(&app->second);
+        viewer_history_clear(&app->history);
         app->brush.radius = 0.08f * app->model.voxel * (float)app->model.grid;
         app->hand = VIEWER_IDLE;
         app->hover = false;
@@ -76,6 +78,7 @@ bool viewer_app_open(struct viewer_app *app, const springls_desc *desc, int widt
 
 void viewer_app_close(struct viewer_app *app)
 {
+    viewer_history_clear(&app->history);
     viewer_model_free(&app->model);
     viewer_model_free(&app->second);
 }
@@ -130,26 +133,47 @@ static bool over_second(struct viewer_app *app, struct viewer_brush *spot)
     return hit;
 }
 
-static bool place_second(struct viewer_app *app, const char *path)
+/* At its place, from its file or as a ball. */
+static bool make_second(struct viewer_app *app)
 {
-    const float *place = app->hover ? app->brush.center : app->model.middle;
-    const bool good = path ? viewer_model_second_file(&app->second, &app->model, place, 2.0f * app->brush.radius, path)
-                           : viewer_model_second_ball(&app->second, &app->model, place, app->brush.radius);
+    const float *at = app->second_place, radius = app->second_radius;
+    const bool good = *app->second_path ? viewer_model_second_file(&app->second, &app->model, at, radius, app->second_path)
+                                        : viewer_model_second_ball(&app->second, &app->model, at, radius);
     memset(app->offset, 0, sizeof app->offset);
-    if (!good) {
-        say(app, app->second.error);
-    } else {
-        say(app, "drag the second body; enter merges it, escape takes it away");
-    }
+    say(app, good ? "drag the second body; enter merges it, escape takes it away" : app->second.error);
     return good;
 }
 
+static bool place_second(struct viewer_app *app, const char *path)
+{
+    memcpy(app->second_place, app->hover ? app->brush.center : app->model.middle, sizeof app->second_place);
+    app->second_radius = (path ? 2.0f : 1.0f) * app->brush.radius;
+    snprintf(app->second_path, sizeof app->second_path, "%s", path ? path : "");
+    return make_second(app);
+}
+
+/* A change in one go. One that fails may leave the model empty: it is taken back. */
+static void change(struct viewer_app *app, bool good)
+{
+    char error[VIEWER_TEXT];
+    if (!done(app, good) && app->history.at > 0) {
+        snprintf(error, sizeof error, "%s", app->model.error);
+        viewer_history_undo(&app->history, &app->model);
+        say(app, error);
+    }
+}
+
+/* Where it has been dragged to it is made once more: a level set is not moved without a loss. */
 static void merge_second(struct viewer_app *app)
 {
-    if (app->second.ctx) {
-        done(app, viewer_merge(&app->model, &app->second, app->offset));
-        viewer_model_free(&app->second);
+    if (!app->second.ctx) {
+        return;
+    }
+    vec3_add_scaled(app->second_place, 1.0f, app->offset, app->second_place);
+    if (make_second(app) && done(app, viewer_history_keep(&app->history, &app->model))) {
         app->message[0] = '\0';
+        change(app, viewer_merge(&app->model, &app->second));
+        viewer_model_free(&app->second);
     }
 }
 
@@ -188,7 +212,9 @@ static void let_go(struct viewer_app *app)
         const struct viewer_ray from = ray_at(app, app->stroke), to = ray_at(app, app->stroke + 2);
         struct viewer_cut cut;
         if (viewer_cut_between(&from, &to, SLAB * app->model.voxel, (app->modifiers & VIEWER_SHIFT) != 0, &cut)) {
-            done(app, viewer_subtract(&app->model, &cut));
+            if (done(app, viewer_history_keep(&app->history, &app->model))) {
+                change(app, viewer_subtract(&app->model, &cut));
+            }
         }
     }
     app->hand = VIEWER_IDLE;
@@ -204,6 +230,7 @@ void viewer_app_button(struct viewer_app *app, int button, bool down, int modifi
         app->modifiers = modifiers;
         if (button == VIEWER_LEFT) {
             app->message[0] = '\0';
+            app->kept = false;
             app->hand = take_hold(app) ? VIEWER_WORK : VIEWER_ORBIT;
         } else {
             app->hand = button == VIEWER_MIDDLE || modifiers & VIEWER_SHIFT ? VIEWER_PAN : VIEWER_ORBIT;
@@ -265,6 +292,16 @@ static void save(struct viewer_app *app)
     }
 }
 
+/* Not while a hand is at work. */
+static void go_back(struct viewer_app *app, bool forward)
+{
+    if (app->hand == VIEWER_IDLE) {
+        const bool good = forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
+        say(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
+        look_under_pointer(app);
+    }
+}
+
 void viewer_app_key(struct viewer_app *app, int key, int modifiers)
 {
     ++app->looks;
@@ -283,6 +320,12 @@ void viewer_app_key(struct viewer_app *app, int key, int modifiers)
     case 'S':
         if (modifiers & VIEWER_CTRL) {
             save(app);
+        }
+        break;
+    case 'Z':
+    case 'Y':
+        if (modifiers & VIEWER_CTRL) {
+            go_back(app, key == 'Y' || modifiers & VIEWER_SHIFT);
         }
         break;
     case VIEWER_ENTER: merge_second(app); break;
@@ -344,7 +387,7 @@ static bool use_tool(struct viewer_app *app, float seconds)
         return true;
     }
     const struct viewer_brush *brush = whole ? NULL : &app->brush;
-    const float way = fminf(PUSH_SPEED * seconds * app->model.voxel, viewer_reach(&app->model, &app->brush));
+    const float way = fminf(PUSH_SPEED * seconds * app->brush.radius, viewer_reach(&app->model, &app->brush));
     switch (app->tool) {
     case VIEWER_PUSH: return viewer_push(&app->model, &app->brush, shift ? way : -way);
     case VIEWER_INFLATE: return viewer_inflate(&app->model, brush, shift ? -way : way);
@@ -360,6 +403,7 @@ bool viewer_app_busy(const struct viewer_app *app)
 void viewer_app_work(struct viewer_app *app, double seconds)
 {
     if (works(app)) {
+        app->kept = app->kept || done(app, viewer_history_keep(&app->history, &app->model));
         done(app, use_tool(app, (float)seconds));
     } else if (!viewer_model_at_rest(&app->model)) {
         done(app, viewer_model_settle(&app->model));

@@ -84,8 +84,8 @@ void viewer_gl_destroy(struct viewer_gl *gl)
 
 /* ---- what there is to draw ---- */
 
-void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count, const int *triangles,
-                   int triangle_count)
+void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count, const void *triangles,
+                   size_t index_bytes, int triangle_count)
 {
     if (!surface->vertex_array) {
         glGenVertexArrays(1, &surface->vertex_array);
@@ -103,8 +103,9 @@ void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIE
         glVertexAttribPointer(a, 3, GL_FLOAT, GL_FALSE, 0, NULL);
     }
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, surface->buffers[VIEWER_GL_ARRAYS]);
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)triangle_count * 3 * (GLsizeiptr)sizeof(int), triangles, GL_STREAM_DRAW);
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)triangle_count * 3 * (GLsizeiptr)index_bytes, triangles, GL_STREAM_DRAW);
     surface->indices = 3 * triangle_count;
+    surface->index_type = index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
     glBindVertexArray(0);
 }
 
@@ -194,37 +195,38 @@ static void set_view(const struct viewer_gl *gl, const struct viewer_camera *cam
     set3(gl, "forward", frame.forward);
 }
 
-static void draw_triangles(const struct viewer_surface *surface)
+static void draw_triangles(const struct viewer_surface *surfaces, int count)
 {
-    glBindVertexArray(surface->vertex_array);
-    glDrawElements(GL_TRIANGLES, surface->indices, GL_UNSIGNED_INT, NULL);
+    for (int i = 0; i < count; ++i) {
+        if (surfaces[i].indices > 0) {
+            glBindVertexArray(surfaces[i].vertex_array);
+            glDrawElements(GL_TRIANGLES, surfaces[i].indices, surfaces[i].index_type, NULL);
+        }
+    }
     glBindVertexArray(0);
 }
 
 /* Edges over a surface that is there only to hide those behind it. */
-static void draw_wires(const struct viewer_gl *gl, const struct viewer_surface *surface)
+static void draw_wires(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count)
 {
     static const float paper[3] = {0.97f, 0.97f, 0.98f}, ink[3] = {0.15f, 0.2f, 0.35f};
     set1(gl, "plain", 1);
     set3(gl, "base", paper);
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.0f, 1.0f);
-    draw_triangles(surface);
+    draw_triangles(surfaces, count);
     glDisable(GL_POLYGON_OFFSET_FILL);
     set3(gl, "base", ink);
     glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
-    draw_triangles(surface);
+    draw_triangles(surfaces, count);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
-void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surface, const struct viewer_camera *camera,
+void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count, const struct viewer_camera *camera,
                     const struct viewer_paint *paint)
 {
     static const float none[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     const float base[3] = {paint->base.r, paint->base.g, paint->base.b};
-    if (surface->indices == 0) {
-        return;
-    }
     glUseProgram(gl->surface_program);
     glEnable(GL_DEPTH_TEST);
     set_view(gl, camera);
@@ -236,9 +238,9 @@ void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *sur
     set1(gl, "plain", 0);
     glUniform4fv(glGetUniformLocation(gl->surface_program, "brush"), 1, paint->brush ? paint->brush : none);
     if (paint->wires) {
-        draw_wires(gl, surface);
+        draw_wires(gl, surfaces, count);
     } else {
-        draw_triangles(surface);
+        draw_triangles(surfaces, count);
     }
     glDisable(GL_DEPTH_TEST);
 }

@@ -7,8 +7,11 @@
 
 struct viewer_scene {
     struct viewer_gl gl;
-    struct viewer_surface body, second;
-    unsigned body_version, second_version; /* that the surfaces are of */
+    struct viewer_surface body, second;     /* whole meshes */
+    struct viewer_surface *chunks;          /* or the body brick by brick, x fastest, chunks_side bricks a side */
+    int chunks_side;
+    unsigned telling;                       /* of the chunks: see viewer_model.h */
+    unsigned body_version, second_version;  /* that the surfaces are of */
     enum viewer_view body_view;
     char text[2048];                       /* that the panel shows */
     double mesh_seconds, draw_seconds;     /* of the last picture: making and sending the surface; drawing */

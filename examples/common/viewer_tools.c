@@ -7,10 +7,9 @@
 
 /* A brush in voxels and what it does in the time 1 of a step: read by force callbacks. */
 struct stroke {
-    float center[3], normal[3], radius;
+    float center[3], radius;
     float way[3];    /* drag */
-    float amount;    /* push, inflate */
-    bool one_side;   /* only where the surface faces as the brush does */
+    float amount;    /* inflate, smooth */
     bool everywhere; /* no fading: the whole body */
 };
 
@@ -28,7 +27,6 @@ static struct stroke in_voxels(const struct viewer_model *model, const struct vi
     struct stroke stroke = {.everywhere = !brush};
     if (brush) {
         springls_to_voxel(model->ctx, brush->center, 1, stroke.center);
-        memcpy(stroke.normal, brush->normal, sizeof stroke.normal);
         stroke.radius = brush->radius / model->voxel;
     }
     return stroke;
@@ -132,36 +130,33 @@ bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const f
     return true;
 }
 
+/* All that is in the brush goes one way, as a drag along the normal: pressure along the springls' own normals would fold a dent. */
+bool viewer_push(struct viewer_model *model, const struct viewer_brush *brush, float way)
+{
+    const float still[3] = {0.0f, 0.0f, 0.0f};
+    struct viewer_brush moved = *brush;
+    float along[3];
+    vec3_add_scaled(still, way, brush->normal, along);
+    return viewer_drag(model, &moved, along);
+}
+
 static void brush_pressure(void *user, const float *points, const float *normals, int count, float time, float *out)
 {
     const struct stroke *s = user;
     float from_center[3];
-    (void)time;
+    (void)normals, (void)time;
     for (int i = 0; i < count; ++i) {
         vec3_sub(points + 3 * i, s->center, from_center);
-        const float facing = s->one_side ? fmaxf(0.0f, vec3_dot(normals + 3 * i, s->normal)) : 1.0f;
-        out[i] = s->amount * facing * (s->everywhere ? 1.0f : fading(from_center, s->radius));
+        out[i] = s->amount * (s->everywhere ? 1.0f : fading(from_center, s->radius));
     }
-}
-
-static bool press(struct viewer_model *model, struct stroke *stroke, float way)
-{
-    const springls_forces forces = {.pressure = brush_pressure, .user = stroke};
-    stroke->amount = way / model->voxel;
-    return viewer_model_step(model, &forces);
-}
-
-bool viewer_push(struct viewer_model *model, const struct viewer_brush *brush, float way)
-{
-    struct stroke stroke = in_voxels(model, brush);
-    stroke.one_side = true;
-    return press(model, &stroke, way);
 }
 
 bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush, float way)
 {
     struct stroke stroke = in_voxels(model, brush);
-    return press(model, &stroke, way);
+    const springls_forces forces = {.pressure = brush_pressure, .user = &stroke};
+    stroke.amount = way / model->voxel;
+    return viewer_model_step(model, &forces);
 }
 
 /* ---- smoothing it ---- */

@@ -58,7 +58,7 @@ static void on_size(GLFWwindow *handle, int width, int height) { viewer_app_resi
 
 static void on_refresh(GLFWwindow *handle) { ++app_of(handle)->looks; }
 
-static GLFWwindow *create(const struct viewer_app *app, bool visible)
+static GLFWwindow *create_window(const struct viewer_app *app, bool visible)
 {
     glfwSetErrorCallback(on_error);
     if (!glfwInit()) {
@@ -78,7 +78,7 @@ bool viewer_window_open(struct viewer_window *window, struct viewer_app *app, bo
     memset(window, 0, sizeof *window);
     snprintf(trouble, sizeof trouble, "no reason given");
     window->app = app;
-    window->handle = create(app, visible);
+    window->handle = create_window(app, visible);
     if (!window->handle) {
         glfwTerminate();
         snprintf(error, VIEWER_TEXT, "no window with OpenGL 3.3: %.240s", trouble);

@@ -4,6 +4,7 @@
  *   GRID=64 make bench      another grid than 128^3
  *   FULL=1 make bench       LeVeque's test on 512^3 as well: minutes
  *   CC=clang make bench     the compiler of the compile-time rows
+ *   ONLY=opencl, ONLY=frames   that table alone
  *
  * Prints tables; build/bench/bench.json has the same numbers and every program's own JSON. */
 #define _POSIX_C_SOURCE 200809L
@@ -16,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { METHODS = 3, MEMORY_ROWS = 3, MOST_RUNS = 32 };
+enum { METHODS = 3, MEMORY_ROWS = 3, MOST_RUNS = 48 };
 
 /* What the tables' column "wanted" says. */
 static const double implementation_seconds = 4.0; /* of a program's build, once: nobody should mind waiting for it */
@@ -274,6 +275,35 @@ static void threads(struct bench *bench, const struct run *one)
     fflush(stdout);
 }
 
+/* ---- frames ---- */
+
+/* Interactive work, by programs that take grid and threads and tell frame_ms: one row each here. */
+static void frames(struct bench *bench)
+{
+    static const struct { const char *name, *program; } tasks[] = {{"push", "build/bench/frames"}};
+    static const int grids[] = {64, 96, 128, 192};
+    static struct table table;
+    table_begin(&table);
+    table_row(&table, "a frame|threads|springls|p50|p95|of which chunks, p50|processor, p50|chunks that change|60 a second");
+    for (size_t t = 0; t < sizeof tasks / sizeof *tasks; ++t) {
+        for (size_t g = 0; g < sizeof grids / sizeof *grids; ++g) {
+            for (int threads = 1; threads <= 2; ++threads) {
+                struct run *run = new_run(bench, tasks[t].name, 10 * grids[g] + threads);
+                run_command(run, "%s %d %d", tasks[t].program, grids[g], threads);
+                execute(run);
+                const double median = run_number(run, "frame_ms.p50");
+                table_row(&table, "%s %d^3|%d|%s|%s|%s|%s|%s|%s|%s", tasks[t].name, grids[g], threads, run_cell(run, "%.0f", "springls"),
+                          run_cell(run, "%.1f ms", "frame_ms.p50"), run_cell(run, "%.1f ms", "frame_ms.p95"),
+                          run_cell(run, "%.1f ms", "chunks_ms.p50"), run_cell(run, "%.1f ms", "processor_ms.p50"),
+                          run_cell(run, "%.0f %%", "chunks_percent.p50"), median <= 1e3 / 60.0 ? "yes" : "no");
+            }
+        }
+    }
+    table_print(&table, stdout);
+    printf("\n");
+    fflush(stdout);
+}
+
 /* ---- OpenCL ---- */
 
 /* The same run by scalar code on two threads and by OpenCL, stage by stage. Kernels are compiled by a short run before. */
@@ -342,6 +372,11 @@ int main(void)
         runs_free(bench.runs, bench.run_count);
         return 0;
     }
+    if (getenv("ONLY") && strcmp(getenv("ONLY"), "frames") == 0) {
+        frames(&bench);
+        runs_free(bench.runs, bench.run_count);
+        return 0;
+    }
     compile_times(&bench);
     memory(&bench);
     const int leveque = bench.run_count;
@@ -350,6 +385,7 @@ int main(void)
     stages(&bench.runs[leveque + 1]);
     threads(&bench, &bench.runs[leveque + 1]);
     printf("\n");
+    frames(&bench);
     opencl(&bench, bench.grid);
     opencl(&bench, 2 * bench.grid);
     default_problems(&bench, getenv("FULL") && getenv("FULL")[0] == '1');

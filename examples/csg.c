@@ -1,0 +1,486 @@
+/* csg.c - solids made of solids: union, intersection and difference of two, and one grown, shrunk, smoothed or made over with springls of
+ * even size. Solids are mesh files or ready-made shapes; colours of their vertices are carried along and come out with the result. */
+#define SPRINGLS_IMPLEMENTATION
+#include "springls_cl.h"
+
+#include "common/json.h"
+#include "common/mesh_io.h"
+#include "common/model_pictures.h"
+#include "common/progress.h"
+#include "common/run_options.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_SOLIDS = 2, PICTURE = 480 };
+
+struct solid {
+    const char *text; /* a file, ball:x,y,z,r or box:x,y,z,half */
+    bool is_ball, is_box;
+    springls_sphere ball;
+    springls_box box;
+    struct mesh mesh;
+    float lower[3], upper[3];
+    springls_context *ctx;
+    springls_measures measures;
+};
+
+struct csg {
+    struct cli_common common;
+    const char *operation, *result, *set;
+    double amount;
+    bool keep_volume;
+    struct solid solids[MOST_SOLIDS];
+    int count;
+    double spacing;
+    springls_params params;
+    springls_mesh mesh;
+    float *colours;
+    int springls;
+    springls_stats stats;
+    springls_measures measures;
+    double seconds;
+    struct image pictures[MOST_SOLIDS + 1];
+};
+
+static const char *const operations = "union|intersection|difference|offset|smooth|remesh";
+
+/* ---- what is given ---- */
+
+/* "name:1,2,3": `count` numbers after the name; 0: another name, -1: not such numbers. */
+static int shape_numbers(const char *text, const char *name, int count, double *numbers)
+{
+    const size_t length = strlen(name);
+    if (strncmp(text, name, length) != 0 || text[length] != ':') {
+        return 0;
+    }
+    const char *at = text + length + 1;
+    for (int i = 0; i < count; ++i) {
+        char one[64];
+        const size_t n = strcspn(at, ",");
+        if (n == 0 || n >= sizeof one || (at[n] == ',') != (i + 1 < count)) {
+            return -1;
+        }
+        memcpy(one, at, n);
+        one[n] = '\0';
+        if (!cli_read_double(one, &numbers[i]) || fabs(numbers[i]) > 1e6 || (i >= 3 && numbers[i] <= 0.0)) {
+            return -1;
+        }
+        at += n + 1;
+    }
+    return 1;
+}
+
+static bool read_solid(struct solid *s)
+{
+    double n[4];
+    char error[MESH_TEXT];
+    const int ball = shape_numbers(s->text, "ball", 4, n), box = ball ? 0 : shape_numbers(s->text, "box", 4, n);
+    if (ball < 0 || box < 0) {
+        cli_fail("csg", CLI_EXIT_FAILURE, "%s: wanted are a place, and a positive size: ball:x,y,z,radius or box:x,y,z,half", s->text);
+        return false;
+    }
+    s->is_ball = ball > 0;
+    s->is_box = box > 0;
+    if (ball || box) {
+        for (int c = 0; c < 3; ++c) {
+            s->ball.center[c] = s->box.center[c] = (float)n[c];
+            s->box.half[c] = (float)n[3];
+            s->lower[c] = (float)(n[c] - n[3]);
+            s->upper[c] = (float)(n[c] + n[3]);
+        }
+        s->ball.radius = (float)n[3];
+        return true;
+    }
+    if (!mesh_read(s->text, &s->mesh, error)) {
+        cli_fail("csg", CLI_EXIT_FAILURE, "%s", error);
+        return false;
+    }
+    if (s->mesh.vertex_count > 100000000 || s->mesh.triangle_count > 100000000) {
+        cli_fail("csg", CLI_EXIT_FAILURE, "%s: more than 100 million vertices or triangles", s->text);
+        return false;
+    }
+    for (int c = 0; c < 3; ++c) {
+        s->lower[c] = INFINITY;
+        s->upper[c] = -INFINITY;
+    }
+    raycast_grow_box(s->mesh.positions, s->mesh.vertex_count, s->lower, s->upper);
+    return true;
+}
+
+/* A grid of cubes around all solids, with room for the result. */
+static springls_grid_desc make_grid(struct csg *csg)
+{
+    const double grow = strcmp(csg->operation, "offset") == 0 ? fmax(csg->amount, 0.0) : 0.0;
+    const int margin = 5; /* voxels: the band, and some */
+    springls_grid_desc grid;
+    double lower[3], size[3], longest = 0.0;
+    memset(&grid, 0, sizeof grid);
+    for (int c = 0; c < 3; ++c) {
+        double upper = -INFINITY;
+        lower[c] = INFINITY;
+        for (int i = 0; i < csg->count; ++i) {
+            lower[c] = fmin(lower[c], (double)csg->solids[i].lower[c] - grow);
+            upper = fmax(upper, (double)csg->solids[i].upper[c] + grow);
+        }
+        size[c] = upper - lower[c];
+        longest = fmax(longest, size[c]);
+    }
+    csg->spacing = longest / (csg->common.grid - 2 * margin);
+    for (int c = 0; c < 3; ++c) {
+        grid.size[c] = (int)ceil(size[c] / csg->spacing) + 2 * margin;
+        grid.spacing[c] = csg->spacing;
+        grid.origin[c] = lower[c] - csg->spacing * (margin - 0.5);
+    }
+    return grid;
+}
+
+/* ---- springls with colours ---- */
+
+/* A vertex's colour of the file; without one all of the first solid are sand, of the second blue. */
+static bool paint(struct solid *s, int number, int *triangles)
+{
+    const int n = springls_count(s->ctx);
+    const springls_attribute_desc desc = {"colour", 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_COPY};
+    static const float plain[MOST_SOLIDS][3] = {{0.85f, 0.70f, 0.45f}, {0.35f, 0.55f, 0.85f}};
+    float *colours = malloc(((size_t)n + 1) * 3 * sizeof *colours);
+    springls_material *places = malloc(((size_t)n + 1) * sizeof *places);
+    bool fine = colours && places;
+    for (int i = 0; fine && i < n; ++i) {
+        memcpy(colours + 3 * i, plain[number], sizeof plain[number]);
+    }
+    if (fine && s->mesh.colors) {
+        fine = springls_springl_materials(s->ctx, places) == SPRINGLS_OK
+               && springls_lookup(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colours) == SPRINGLS_OK;
+    }
+    fine = fine && springls_add_attribute(s->ctx, &desc, colours, NULL) == SPRINGLS_OK;
+    free(colours);
+    free(places);
+    return fine;
+}
+
+static bool make_solid(struct solid *s, int number)
+{
+    if (s->is_ball || s->is_box) {
+        return (s->is_ball ? springls_set_implicit(s->ctx, springls_implicit_sphere, &s->ball)
+                           : springls_set_implicit(s->ctx, springls_implicit_box, &s->box)) == SPRINGLS_OK
+               && paint(s, number, NULL);
+    }
+    int *triangles = malloc((3 * s->mesh.triangle_count + 1) * sizeof *triangles);
+    for (size_t i = 0; triangles && i < 3 * s->mesh.triangle_count; ++i) {
+        triangles[i] = (int)s->mesh.indices[i];
+    }
+    const bool fine = triangles
+                      && springls_set_mesh(s->ctx, s->mesh.positions, (int)s->mesh.vertex_count, 0, triangles, (int)s->mesh.triangle_count, NULL)
+                             == SPRINGLS_OK
+                      && springls_remesh(s->ctx) == SPRINGLS_OK && paint(s, number, triangles);
+    free(triangles);
+    return fine;
+}
+
+static springls_status operate(struct csg *csg)
+{
+    springls_context *a = csg->solids[0].ctx, *b = csg->solids[1].ctx;
+    if (strcmp(csg->operation, "union") == 0) {
+        return springls_combine(a, SPRINGLS_UNION, b);
+    }
+    if (strcmp(csg->operation, "intersection") == 0) {
+        return springls_combine(a, SPRINGLS_INTERSECTION, b);
+    }
+    if (strcmp(csg->operation, "difference") == 0) {
+        return springls_combine(a, SPRINGLS_DIFFERENCE, b);
+    }
+    if (strcmp(csg->operation, "offset") == 0) {
+        return springls_offset(a, (float)csg->amount);
+    }
+    if (strcmp(csg->operation, "smooth") == 0) {
+        return springls_smooth(a, (float)csg->amount, csg->keep_volume);
+    }
+    return springls_remesh(a);
+}
+
+/* ---- what comes out ---- */
+
+static bool extract(springls_context *ctx, springls_mesh *mesh, float **colours)
+{
+    memset(mesh, 0, sizeof *mesh);
+    *colours = NULL;
+    if (springls_extract_mesh(ctx, mesh) != SPRINGLS_OK) {
+        return false;
+    }
+    *colours = malloc(((size_t)mesh->vertex_count + 1) * 3 * sizeof **colours);
+    return *colours && springls_mesh_attribute(ctx, mesh, springls_find_attribute(ctx, "colour"), *colours) == SPRINGLS_OK;
+}
+
+static uint32_t *indices_of(const springls_mesh *mesh)
+{
+    const size_t n = 3 * (size_t)mesh->triangle_count;
+    uint32_t *indices = malloc((n + 1) * sizeof *indices);
+    for (size_t i = 0; indices && i < n; ++i) {
+        indices[i] = (uint32_t)mesh->triangles[i];
+    }
+    return indices;
+}
+
+static bool draw(const springls_mesh *mesh, const float *colours, const struct raycast_camera *camera, struct image *picture)
+{
+    uint32_t *indices = indices_of(mesh);
+    const struct raycast_scene scene = {.positions = mesh->positions,
+                                        .vertex_count = (size_t)mesh->vertex_count,
+                                        .indices = indices,
+                                        .triangle_count = (size_t)mesh->triangle_count,
+                                        .normals = mesh->normals,
+                                        .vertex_colors = colours,
+                                        .background_top = {1.0f, 1.0f, 1.0f},
+                                        .background_bottom = {1.0f, 1.0f, 1.0f},
+                                        .camera = *camera};
+    const bool fine = indices && raycast_render(&scene, PICTURE, PICTURE, picture);
+    free(indices);
+    return fine;
+}
+
+/* One camera for all pictures: it sees the corners of the grid's content. */
+static struct raycast_camera camera_of(const struct csg *csg)
+{
+    const float direction[3] = {0.75f, -1.0f, 0.7f}, up[3] = {0.0f, 0.0f, 1.0f};
+    float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY}, corners[24];
+    for (int i = 0; i < csg->count; ++i) {
+        raycast_grow_box(csg->solids[i].lower, 1, lower, upper);
+        raycast_grow_box(csg->solids[i].upper, 1, lower, upper);
+    }
+    for (int i = 0; i < 24; ++i) {
+        corners[i] = i / 3 >> i % 3 & 1 ? upper[i % 3] : lower[i % 3];
+    }
+    return raycast_frame_points(corners, 8, direction, up, 0.0f, 1.0f);
+}
+
+static bool draw_solid(struct csg *csg, int number, const struct raycast_camera *camera)
+{
+    springls_mesh mesh;
+    float *colours;
+    springls_context *ctx = csg->solids[number].ctx;
+    const bool fine = extract(ctx, &mesh, &colours) && draw(&mesh, colours, camera, &csg->pictures[number]);
+    springls_mesh_free(ctx, &mesh);
+    free(colours);
+    return fine;
+}
+
+static bool write_result(struct csg *csg)
+{
+    char path[1024], error[MESH_TEXT];
+    uint32_t *indices = indices_of(&csg->mesh);
+    const struct mesh_ply ply = {.positions = csg->mesh.positions,
+                                 .vertex_count = (size_t)csg->mesh.vertex_count,
+                                 .indices = indices,
+                                 .triangle_count = (size_t)csg->mesh.triangle_count,
+                                 .normals = csg->mesh.normals,
+                                 .colors = csg->colours,
+                                 .originals = csg->mesh.correspondences,
+                                 .comment = "a_x a_y a_z: place on the solids that were given"};
+    const char *file = csg->result ? csg->result : run_path(csg->common.out, "csg.ply", path, sizeof path);
+    const bool fine = indices && mesh_write_ply(file, &ply, error);
+    free(indices);
+    if (!fine) {
+        cli_fail("csg", CLI_EXIT_FAILURE, "%s", indices ? error : "out of memory");
+    }
+    return fine;
+}
+
+static bool write_picture(struct csg *csg)
+{
+    char path[1024];
+    const char *captions[MOST_SOLIDS + 1] = {"the first", "the second", csg->operation};
+    struct image strip;
+    captions[csg->count] = csg->operation;
+    if (!image_strip(csg->pictures, captions, csg->count + 1, csg->count + 1, color_rgb(1.0f, 1.0f, 1.0f), &strip)) {
+        return false;
+    }
+    const bool fine = image_write_png(&strip, run_path(csg->common.out, "csg.png", path, sizeof path));
+    image_free(&strip);
+    if (!fine) {
+        cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", path);
+    }
+    return fine;
+}
+
+static void json_measures(struct json_writer *json, const char *key, const springls_measures *m)
+{
+    json_object_begin(json, key);
+    json_number(json, "volume", m->volume);
+    json_number(json, "area", m->area);
+    json_integer(json, "components", m->components);
+    json_integer(json, "euler", m->euler);
+    json_object_end(json);
+}
+
+static bool write_json(const struct csg *csg, const springls_backend *backend)
+{
+    struct json_writer json;
+    if (!json_open(&json, csg->common.json)) {
+        return cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", csg->common.json) == CLI_GO_ON;
+    }
+    json_object_begin(&json, NULL);
+    json_string(&json, "operation", csg->operation);
+    json_number(&json, "amount", csg->amount);
+    json_integer(&json, "grid", csg->common.grid);
+    json_number(&json, "spacing", csg->spacing);
+    json_string(&json, "params", csg->common.params);
+    json_string(&json, "backend", run_backend_name(backend));
+    json_array_begin(&json, "solids");
+    for (int i = 0; i < csg->count; ++i) {
+        json_object_begin(&json, NULL);
+        json_string(&json, "name", csg->solids[i].text);
+        json_measures(&json, "measures", &csg->solids[i].measures);
+        json_object_end(&json);
+    }
+    json_array_end(&json);
+    json_measures(&json, "result", &csg->measures);
+    json_integer(&json, "springls", csg->springls);
+    json_integer(&json, "at_edges", csg->stats.at_edges);
+    json_integer(&json, "triangles", csg->mesh.triangle_count);
+    json_number(&json, "seconds_operation", csg->seconds);
+    json_number(&json, "peak_rss_mib", peak_rss_mib());
+    json_object_end(&json);
+    return json_close(&json) || cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", csg->common.json) == CLI_GO_ON;
+}
+
+/* ---- the run ---- */
+
+static bool said(const struct csg *csg, int number)
+{
+    const char *why = springls_last_error(csg->solids[number].ctx);
+    cli_fail("csg", CLI_EXIT_FAILURE, "%s: %s", csg->solids[number].text, *why ? why : "out of memory");
+    return false;
+}
+
+static bool run(struct csg *csg, springls_backend *backend)
+{
+    const springls_grid_desc grid = make_grid(csg);
+    const struct raycast_camera camera = camera_of(csg);
+    for (int i = 0; i < csg->count; ++i) {
+        struct solid *s = &csg->solids[i];
+        springls_desc desc = {.grid = grid, .params = &csg->params, .backend = backend};
+        if (run_create("csg", &desc, &s->ctx) != CLI_GO_ON) {
+            return false;
+        }
+        if (!make_solid(s, i) || springls_measure(s->ctx, &s->measures) != SPRINGLS_OK || (csg->common.out && !draw_solid(csg, i, &camera))) {
+            return said(csg, i);
+        }
+    }
+    const double begin = elapsed_seconds();
+    if (operate(csg) != SPRINGLS_OK) {
+        return said(csg, 0);
+    }
+    csg->seconds = elapsed_seconds() - begin;
+    springls_context *ctx = csg->solids[0].ctx;
+    csg->springls = springls_count(ctx);
+    csg->stats = springls_get_stats(ctx);
+    if (springls_measure(ctx, &csg->measures) != SPRINGLS_OK || !extract(ctx, &csg->mesh, &csg->colours)
+        || (csg->common.out && !draw(&csg->mesh, csg->colours, &camera, &csg->pictures[csg->count]))) {
+        return said(csg, 0);
+    }
+    return true;
+}
+
+static void print(const struct csg *csg)
+{
+    for (int i = 0; i < csg->count; ++i) {
+        const springls_measures *m = &csg->solids[i].measures;
+        printf("%-14s volume %.6g, area %.6g, components %d, Euler number %d\n", i == 0 ? "first" : "second", m->volume, m->area, m->components, m->euler);
+    }
+    printf("%-14s volume %.6g, area %.6g, components %d, Euler number %d\n", csg->operation, csg->measures.volume, csg->measures.area,
+           csg->measures.components, csg->measures.euler);
+    printf("%d springls on voxels of %.4g, %.2f s\n", csg->springls, csg->spacing, csg->seconds);
+}
+
+static void free_all(struct csg *csg)
+{
+    if (csg->solids[0].ctx) {
+        springls_mesh_free(csg->solids[0].ctx, &csg->mesh);
+    }
+    free(csg->colours);
+    for (int i = 0; i < MOST_SOLIDS; ++i) {
+        springls_destroy(csg->solids[i].ctx);
+        mesh_free(&csg->solids[i].mesh);
+    }
+    for (int i = 0; i < MOST_SOLIDS + 1; ++i) {
+        image_free(&csg->pictures[i]);
+    }
+}
+
+static int check_usage(struct csg *csg)
+{
+    const bool two = strcmp(csg->operation, "union") == 0 || strcmp(csg->operation, "intersection") == 0 || strcmp(csg->operation, "difference") == 0;
+    const bool measured = strcmp(csg->operation, "offset") == 0 || strcmp(csg->operation, "smooth") == 0;
+    bool known = false;
+    for (const char *o = operations; o && !known; o = strchr(o, '|') ? strchr(o, '|') + 1 : NULL) {
+        known = strncmp(o, csg->operation, strlen(csg->operation)) == 0 && strchr("|", o[strlen(csg->operation)]) != NULL;
+    }
+    if (!known) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "OPERATION is one of %s, not %s", operations, csg->operation);
+    }
+    csg->count = two ? 2 : 1;
+    if (two != (csg->solids[1].text != NULL)) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "%s is of %s", csg->operation, two ? "two solids" : "one solid");
+    }
+    if (measured && csg->amount == 0.0) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "%s wants --amount", csg->operation);
+    }
+    if (csg->common.grid != 0 && csg->common.grid < 24) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "--grid: 24 or more");
+    }
+    return CLI_GO_ON;
+}
+
+int main(int argc, char **argv)
+{
+    struct csg csg = {.common = cli_common_defaults()};
+    const struct cli_option table[] = {
+        {"amount", CLI_DOUBLE, &csg.amount, "X", "offset: distance, negative to shrink; smooth: length; unit of the solids", -1e6, 1e6, NULL},
+        {"keep-volume", CLI_FLAG, &csg.keep_volume, NULL, "smooth: every component keeps its volume", 0.0, 0.0, NULL},
+        {"result", CLI_STRING, &csg.result, "FILE", "PLY with colours and places on the solids given (default: csg.ply in --out)", 0.0, 0.0, NULL},
+        {"set", CLI_STRING, &csg.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
+    };
+    const struct cli_positional positionals[] = {
+        {"OPERATION", &csg.operation, "union, intersection, difference, offset, smooth or remesh", true},
+        {"FIRST", &csg.solids[0].text, "a mesh file, ball:x,y,z,radius or box:x,y,z,half", true},
+        {"SECOND", &csg.solids[1].text, "the same, for the first three operations", false},
+    };
+    const struct cli_program program = {.name = "csg",
+                                        .summary = "union, intersection, difference, offset, smooth, remesh, with colours kept",
+                                        .common = &csg.common,
+                                        .options = table,
+                                        .option_count = (int)(sizeof table / sizeof *table),
+                                        .positionals = positionals,
+                                        .positional_count = (int)(sizeof positionals / sizeof *positionals)};
+    int status = cli_parse(&program, argc, argv);
+    if (status == CLI_GO_ON) {
+        status = check_usage(&csg);
+    }
+    if (status == CLI_GO_ON) {
+        status = run_options("csg", &csg.common, csg.set, &csg.params);
+    }
+    if (status != CLI_GO_ON) {
+        return status;
+    }
+    csg.common.grid = csg.common.grid > 0 ? csg.common.grid : 96;
+    springls_backend *backend = NULL;
+    bool fine = true;
+    for (int i = 0; fine && i < csg.count; ++i) {
+        fine = read_solid(&csg.solids[i]);
+    }
+    if (fine) {
+        backend = run_backend("csg", &csg.common);
+        fine = run(&csg, backend);
+    }
+    if (fine && (!csg.common.json || strcmp(csg.common.json, "-") != 0)) {
+        print(&csg);
+    }
+    fine = fine && ((!csg.common.out && !csg.result) || write_result(&csg)) && (!csg.common.out || write_picture(&csg))
+           && (!csg.common.json || write_json(&csg, backend));
+    free_all(&csg);
+    springls_cl_destroy(backend);
+    return fine ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+}

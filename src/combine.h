@@ -1,0 +1,298 @@
+/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie: those
+   that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls tell it exactly
+   (project, keep_edges). */
+
+/* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
+typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
+
+/* alike, opposite: do springls stay that lie on the other's surface and face the same way, or the other way? */
+SPRINGLS__FN springls__side_rule springls__rule_of(const springls_context *asked, springls_operation operation, bool of_other)
+{
+    springls__side_rule rule;
+    rule.asked = &asked->model.grid;
+    rule.sign = operation == SPRINGLS_INTERSECTION || (operation == SPRINGLS_DIFFERENCE && of_other) ? -1.0f : 1.0f;
+    rule.alike = !of_other && operation != SPRINGLS_DIFFERENCE; /* one of the two is enough */
+    rule.opposite = !of_other && operation == SPRINGLS_DIFFERENCE;
+    return rule;
+}
+
+SPRINGLS__FN bool springls__stays(const springls__side_rule *rule, const springls__springl *s)
+{
+    const float on_surface = 0.05f;
+    float phi = springls__grid_sample(rule->asked, rule->asked->phi, s->p);
+    float facing = springls__dot(springls__springl_normal(*s), springls__grid_gradient(rule->asked, rule->asked->phi, s->p));
+    if (springls__fabs(phi) < on_surface && facing > 0.7f) return rule->alike != 0;
+    if (springls__fabs(phi) < on_surface && facing < -0.7f) return rule->opposite != 0;
+    return rule->sign * phi > 0.0f;
+}
+
+/* Corners beyond the seam are drawn in to it, towards the particle. */
+SPRINGLS__FN springls__springl springls__draw_in(const springls__side_rule *rule, springls__springl s)
+{
+    const float enough = 0.1f; /* nearer to the seam a triangle would be left without an area */
+    float here = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.p);
+    int m;
+    for (m = 0; m < 3 && here > enough; m++) {
+        float there = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.q[m]);
+        if (there < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], here / (here - there));
+    }
+    return springls__springl_finished(s);
+}
+
+SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a, float b)
+{
+    if (operation == SPRINGLS_UNION) return springls__min(a, b);
+    return springls__max(a, operation == SPRINGLS_DIFFERENCE ? -b : b);
+}
+
+/* ---- level sets ---- */
+
+/* Bricks active in either; the list is in SCRATCH2. */
+SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i, count = 0, bricks = (int)springls__brick_count(g), *list;
+    SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(int), (void **)&list));
+    for (i = 0; i < bricks; i++)
+        if (other->top[i] >= SPRINGLS__FIRST_SLOT) list[count++] = i;
+    return springls__grid_add_bricks(ctx, list, count);
+}
+
+SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
+{
+    springls__grid *g = &ctx->model.grid;
+    size_t i, bricks = springls__brick_count(g);
+    int v;
+    for (i = 0; i < bricks; i++) {
+        float *phi = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *its = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT)
+            g->top[i] = springls__combined_phi(operation, *phi, *its) < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        else
+            for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = springls__combined_phi(operation, phi[v], its[v]);
+    }
+    ctx->omega_fresh = false;
+}
+
+/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals cross, within
+   a voxel, it is less exact. */
+SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
+{
+    springls__grid *g = &ctx->model.reference;
+    springls__buffer *memory = &ctx->memory[SPRINGLS__ARRAY_REFERENCE_PHI], field;
+    size_t i, bricks = springls__brick_count(g);
+    int slots = SPRINGLS__FIRST_SLOT, v;
+    float *phi;
+    memset(&field, 0, sizeof field);
+    for (i = 0; i < bricks; i++) slots += g->top[i] >= SPRINGLS__FIRST_SLOT || other->top[i] >= SPRINGLS__FIRST_SLOT;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, (size_t)slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    phi = (float *)field.data;
+    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
+    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
+    slots = SPRINGLS__FIRST_SLOT;
+    for (i = 0; i < bricks; i++) {
+        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            phi[(size_t)slots * SPRINGLS__BRICK_VOXELS + (size_t)v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+        g->top[i] = slots++;
+    }
+    g->slot_count = slots;
+    springls__release(ctx, memory->data, memory->bytes);
+    memory->data = field.data;
+    memory->bytes = field.bytes;
+    springls__bind(ctx);
+    return SPRINGLS_OK;
+}
+
+/* ---- original surfaces ---- */
+
+SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before, bool turn)
+{
+    int i, k;
+    for (i = 0; i < from->count; i++) {
+        for (k = 0; k < 3; k++) to->points[3 * (at + i) + k] = from->points[3 * i + (turn && k ? 3 - k : k)];
+        to->source[at + i] = ((from->source ? from->source[i] : 2 * i) ^ (int)turn) + 2 * given_before;
+    }
+}
+
+SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both, const springls__surface *other, bool turn)
+{
+    const springls__surface *own = &ctx->original;
+    int count = own->count + other->count;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->source_memory, (size_t)springls__imax(count, 1), sizeof(int), 0));
+    both->source = (int *)both->source_memory.data;
+    springls__copy_triangles(both, 0, own, 0, false);
+    springls__copy_triangles(both, own->count, other, own->given, turn);
+    SPRINGLS__TRY(springls__surface_finish(ctx, both, count));
+    both->given = own->given + other->given;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
+{
+    springls__surface both;
+    springls_status status;
+    memset(&both, 0, sizeof both);
+    status = springls__both_surfaces(ctx, &both, other, turn);
+    if (status != SPRINGLS_OK) {
+        springls__surface_free(ctx, &both);
+        return status;
+    }
+    springls__surface_free(ctx, &ctx->original);
+    ctx->original = both;
+    return SPRINGLS_OK;
+}
+
+/* ---- springls ---- */
+
+/* Which of a model's springls stay, to its SCRATCH1; returns how many. */
+SPRINGLS__FN springls_status springls__who_stays(springls_context *ctx, const springls__side_rule *rule, int *staying)
+{
+    uint8_t *fate;
+    int i;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, (void **)&fate));
+    for (i = *staying = 0; i < ctx->model.set.count; i++) {
+        fate[i] = springls__stays(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        *staying += fate[i] == SPRINGLS__KEEP;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Springl j of the other, behind all that are here. */
+SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_context *other, int j, const springls__side_rule *rule, bool turn)
+{
+    const springls__constellation *set = &other->model.set;
+    springls__springl s = springls__draw_in(rule, set->s[j]);
+    uint32_t birth = set->birth[j], age = set->step - (birth >> 2);
+    int i, k, n;
+    if (turn) {
+        springls__v3 q = s.q[1];
+        s.q[1] = s.q[2];
+        s.q[2] = q;
+    }
+    n = springls__constellation_append(ctx, &s, set->a[j], set->generation[j], set->mask[j]);
+    ctx->model.set.birth[n] = 4u * ((ctx->model.set.step - age) & 0x3fffffffu) + (birth & 3u);
+    ctx->model.set.edge[n] = set->edge[j];
+    for (i = 0; i < ctx->attribute_count; i++) {
+        const springls__attribute *attribute = &ctx->attributes[i];
+        size_t bytes = (size_t)attribute->channels * sizeof(float);
+        k = springls_find_attribute(other, attribute->name);
+        if (k >= 0 && other->attributes[k].channels == attribute->channels)
+            memcpy(springls__attribute_row(attribute, n), springls__attribute_row(&other->attributes[k], j), bytes);
+        else
+            memset(springls__attribute_row(attribute, n), 0, bytes);
+    }
+}
+
+SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    const bool turn = operation == SPRINGLS_DIFFERENCE;
+    springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
+    int i, count = ctx->model.set.count, staying, coming;
+    SPRINGLS__TRY(springls__who_stays(ctx, &rule, &staying));
+    SPRINGLS__TRY(springls__who_stays(other, &its_rule, &coming));
+    if (staying + coming == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    if (staying + coming > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + coming)));
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], staying + coming, count));
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, count);
+    for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__draw_in(&rule, ctx->model.set.s[i]);
+    for (i = 0; i < other->model.set.count; i++)
+        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP) springls__take_springl(ctx, other, i, &its_rule, turn);
+    ctx->stats.removed += count - staying;
+    ctx->stats.added += coming;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+/* ---- and what follows ---- */
+
+/* Gaps are filled, with all that fill_gaps finds in some calls: a wide one takes more than one. */
+SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
+{
+    const int most = 6;
+    int i, before = -1;
+    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+        before = ctx->model.set.count;
+        SPRINGLS__TRY(springls__whole(ctx, springls__fill_gaps));
+    }
+    return SPRINGLS_OK;
+}
+
+/* Springls and level set have new boundaries: edges are found, gaps are filled, and phi is what the springls say, if asked. */
+SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool project)
+{
+    springls__constellation_changed(ctx);
+    ctx->locked_count = 0;
+    springls__redistance_sweeps(ctx, (int)ctx->model.params.band_half_width);
+    SPRINGLS__TRY(springls__band_move(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    SPRINGLS__TRY(springls__fill_all_gaps(ctx));
+    if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
+    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
+    springls__phi_in_step(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
+    ctx->reference_stamp = 0;
+    SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_DIFFERENCE));
+    SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
+    SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
+    springls__combine_level_sets(ctx, operation, &other->model.grid);
+    return springls__settle_down(ctx, true);
+}
+
+SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation, const springls_context *other)
+{
+    if (operation != SPRINGLS_UNION && operation != SPRINGLS_INTERSECTION && operation != SPRINGLS_DIFFERENCE)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
+    if (!other || other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
+    if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
+        || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");
+    if (ctx->model.params.band_half_width != other->model.params.band_half_width)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has another band_half_width");
+    if (ctx->model.set.count == 0 || other->model.set.count == 0)
+        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: %s model has no springls", ctx->model.set.count ? "the other" : "this");
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    if (springls__finish_step(other) != SPRINGLS_OK || springls__use_host(other, false) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
+}
+
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn, void *user)
+{
+    springls_context *other;
+    springls_desc desc;
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    desc = ctx->desc;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, &other) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
+    status = springls_set_implicit(other, fn, user);
+    if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
+    else springls__fail(ctx, status, "combine_implicit: %.200s", other->error);
+    springls_destroy(other);
+    return status;
+}

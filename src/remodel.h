@@ -1,0 +1,221 @@
+/* remodel.h - offset, smooth, remesh: a model made over in one call. */
+
+/* ---- offset ---- */
+
+/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners off; less
+   the offset. All in voxels. */
+typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level, edges; float offset; } springls__parallel_surface;
+
+SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
+{
+    springls__parallel_surface *job = (springls__parallel_surface *)arg;
+    int i;
+    springls__mesh_signed_distance(&job->distance, points, count, out);
+    for (i = 0; i < count; i++) {
+        springls__surface_hit edge = springls__surface_closest(&job->edges, points[i], springls__fabs(out[i]));
+        if (edge.triangle >= 0) out[i] = out[i] < 0.0f ? -springls__sqrt(edge.hit.d2) : springls__sqrt(edge.hit.d2);
+        out[i] -= job->offset;
+    }
+}
+
+SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
+{
+    int i, m, count = 0;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, ctx->model.set.at_edges));
+    for (i = 0; i < ctx->model.set.count && count < ctx->model.set.at_edges; i++) {
+        if (!springls__at_edge(&ctx->model, i)) continue;
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = ctx->model.set.s[i].q[m];
+        count++;
+    }
+    return springls__surface_finish(ctx, surface, count);
+}
+
+/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved parts would
+   lie inside by twice as much in either direction. */
+SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
+{
+    static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3..5: the middle between corner k - 3 and the next */
+    springls__raw_mesh raw;
+    int t, k;
+    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    if (raw.triangle_count > INT32_MAX / 12) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "offset: too many triangles");
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, 4 * raw.triangle_count));
+    for (t = 0; t < raw.triangle_count; t++) {
+        springls__v3 x[6];
+        for (k = 0; k < 3; k++) x[k] = raw.positions[raw.triangles[3 * t + k]];
+        for (k = 0; k < 3; k++) { /* from the lower end of the edge, so that both its triangles find the same middle */
+            int a = raw.triangles[3 * t + k], b = raw.triangles[3 * t + (k + 1) % 3];
+            x[3 + k] = springls__lerp(raw.positions[springls__imin(a, b)], raw.positions[springls__imax(a, b)], 0.5f);
+            x[3 + k] = springls__to_zero_level(&ctx->model.grid, x[3 + k]);
+        }
+        for (k = 0; k < 12; k++) surface->points[12 * t + k] = x[corner[k]];
+    }
+    SPRINGLS__TRY(springls__surface_finish(ctx, surface, 4 * raw.triangle_count));
+    return springls__surface_make_dipoles(ctx, surface);
+}
+
+/* Every springl goes along the surface's normals, its own at a sharp edge. */
+SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int i, m;
+    for (i = 0; i < ctx->model.set.count; i++) {
+        springls__springl *s = &ctx->model.set.s[i];
+        springls__v3 own = springls__springl_normal(*s), n = own;
+        for (m = 0; m < 4; m++) {
+            springls__v3 *x = m < 3 ? &s->q[m] : &s->p;
+            if (!springls__at_edge(&ctx->model, i)) n = springls__normalize(springls__grid_gradient(g, g->phi, *x));
+            if (springls__dot(n, own) < 0.5f) n = own;
+            *x = springls__mad(*x, n, offset);
+        }
+        *s = springls__springl_finished(*s);
+    }
+    springls__constellation_changed(ctx);
+}
+
+/* Those that have come to the new zero level stay, moved onto it; others lie before or behind what another part has become. */
+SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const float near = 0.15f;
+    int i, m, count = ctx->model.set.count;
+    uint8_t *fate;
+    SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, (void **)&fate));
+    for (i = 0; i < count; i++) {
+        springls__springl *s = &ctx->model.set.s[i];
+        springls__v3 moved;
+        fate[i] = springls__fabs(springls__phi_or_beyond(g, s->p)) < near ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        if (fate[i] == SPRINGLS__REMOVE) continue;
+        moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
+        s->p = springls__add(s->p, moved);
+        for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], moved);
+    }
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    springls__attributes_after_removal(ctx, count);
+    ctx->stats.removed += count - ctx->model.set.count;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
+{
+    size_t i, bricks = springls__brick_count(g);
+    int k, v;
+    for (i = 0; i < bricks; i++)
+        if (g->top[i] == SPRINGLS__INSIDE) return true;
+    for (k = 0; k < g->active_count; k++)
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
+            if (g->phi[(size_t)g->active[k] * SPRINGLS__BRICK_VOXELS + (size_t)v] < 0.0f) return true;
+    return false;
+}
+
+/* Until none is too large. */
+SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
+{
+    const int most = 40;
+    int i, before = -1;
+    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+        before = ctx->model.set.count;
+        SPRINGLS__TRY(springls__resample(ctx));
+    }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__parallel_surface *job)
+{
+    SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->level));
+    SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
+    if (job->level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
+    springls__offset_springls(ctx, job->offset);
+    job->distance.surface = &job->level;
+    job->distance.balanced = true;
+    job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
+    springls__grid_clear(ctx, &ctx->model.grid);
+    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job));
+    if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
+    SPRINGLS__TRY(springls__offset_sort(ctx));
+    SPRINGLS__TRY(springls__split_all(ctx));
+    return springls__settle_down(ctx, false); /* phi is exact already */
+}
+
+SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
+{
+    springls__parallel_surface job;
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    memset(&job, 0, sizeof job);
+    job.offset = distance / ctx->smallest_spacing;
+    if (!(springls__fabs(job.offset) < 1e4f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
+    if (job.offset == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    status = springls__offset(ctx, &job);
+    springls__surface_free(ctx, &job.level);
+    springls__surface_free(ctx, &job.edges);
+    return springls__clear_on_failure(ctx, status);
+}
+
+/* ---- smooth ---- */
+
+SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume)
+{
+    const float stable = 0.15f; /* voxel^2 of curvature motion a step */
+    springls_params params;
+    springls_forces forces;
+    springls_step_desc step;
+    springls_status status;
+    float voxels, duration;
+    double time;
+    int steps;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    voxels = length / ctx->smallest_spacing;
+    if (!(voxels >= 0.0f && voxels < 1e3f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
+    if (voxels == 0.0f) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    params = ctx->model.params;
+    time = ctx->time;
+    duration = 0.25f * voxels * voxels; /* dr/dt = -2/r ends at r^2/4 */
+    steps = (int)(duration / stable) + 1;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.curvature_weight = 1.0f;
+    step.forces = &forces;
+    step.mode = SPRINGLS_FLUID;
+    step.dt = duration / (float)steps;
+    ctx->model.params.keep_edges = 0;
+    ctx->model.params.volume_lock = keep_volume;
+    status = springls_run(ctx, &step, steps);
+    ctx->model.params.keep_edges = params.keep_edges;
+    ctx->model.params.volume_lock = params.volume_lock;
+    ctx->time = time;
+    return status;
+}
+
+/* ---- remesh ---- */
+
+SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
+{
+    const int most = 4;
+    int i, before = -1;
+    for (i = 0; i < most && before != ctx->model.set.count; i++) {
+        before = ctx->model.set.count;
+        SPRINGLS__TRY(springls__split_all(ctx));
+        SPRINGLS__TRY(springls__whole(ctx, springls__relax));
+        SPRINGLS__TRY(springls__whole(ctx, springls__contract_now));
+        SPRINGLS__TRY(springls__fill_all_gaps(ctx));
+    }
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
+    springls__phi_in_step(ctx);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
+{
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "remesh: there are no springls");
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, true));
+    return springls__remesh(ctx);
+}

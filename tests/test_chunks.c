@@ -1,0 +1,413 @@
+/* test_chunks.c - the zero level in chunks: what a consumer has put together from changes is the whole surface, watertight, near the
+   zero level; only what has changed is told. */
+#include "fixtures.h"
+
+enum { SIZE = 40, SIDE = 5 };
+
+/* What an engine keeps: the latest chunk of every brick. */
+typedef struct store { springls_chunk chunk[SIDE * SIDE * SIDE]; } store;
+
+static void store_put(store *s, const springls_chunk *changed, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        springls_chunk *to = &s->chunk[changed[i].brick[0] + SIDE * (changed[i].brick[1] + SIDE * changed[i].brick[2])];
+        size_t floats = 3 * (size_t)changed[i].vertex_count * sizeof(float), corners = 3 * (size_t)changed[i].triangle_count * sizeof(uint16_t);
+        free(to->positions);
+        free(to->triangles);
+        memset(to, 0, sizeof *to);
+        if (changed[i].triangle_count == 0) continue;
+        *to = changed[i];
+        to->positions = (float *)malloc(floats);
+        memcpy(to->positions, changed[i].positions, floats);
+        to->triangles = (uint16_t *)malloc(corners);
+        memcpy(to->triangles, changed[i].triangles, corners);
+    }
+}
+
+static void store_free(store *s)
+{
+    int i;
+    for (i = 0; i < SIDE * SIDE * SIDE; i++) {
+        free(s->chunk[i].positions);
+        free(s->chunk[i].triangles);
+    }
+}
+
+/* A triangle by its corners' places, the least first; and an edge. */
+typedef struct face { float x[9]; } face;
+typedef struct side { float x[6]; } side;
+
+static int compare_faces(const void *a, const void *b) { return memcmp(a, b, sizeof(face)); }
+static int compare_sides(const void *a, const void *b) { return memcmp(a, b, sizeof(side)); }
+
+static face face_of(const float *a, const float *b, const float *c)
+{
+    const float *p[3];
+    face f;
+    int first, k;
+    p[0] = a; p[1] = b; p[2] = c;
+    first = memcmp(a, b, 12) < 0 ? (memcmp(a, c, 12) < 0 ? 0 : 2) : (memcmp(b, c, 12) < 0 ? 1 : 2);
+    for (k = 0; k < 3; k++) memcpy(f.x + 3 * k, p[(first + k) % 3], 12);
+    return f;
+}
+
+/* All triangles, sorted; to be freed. */
+static face *store_faces(const store *s, int *count)
+{
+    face *faces;
+    int i, t, n = 0;
+    for (i = 0; i < SIDE * SIDE * SIDE; i++) n += s->chunk[i].triangle_count;
+    faces = (face *)malloc(((size_t)n + 1) * sizeof *faces);
+    for (i = n = 0; i < SIDE * SIDE * SIDE; i++)
+        for (t = 0; t < s->chunk[i].triangle_count; t++) {
+            const uint16_t *c = s->chunk[i].triangles + 3 * t;
+            const float *p = s->chunk[i].positions;
+            faces[n++] = face_of(p + 3 * c[0], p + 3 * c[1], p + 3 * c[2]);
+        }
+    qsort(faces, (size_t)n, sizeof *faces, compare_faces);
+    *count = n;
+    return faces;
+}
+
+static face *mesh_faces(const springls_mesh *mesh)
+{
+    face *faces = (face *)malloc(((size_t)mesh->triangle_count + 1) * sizeof *faces);
+    int t;
+    for (t = 0; t < mesh->triangle_count; t++) {
+        const int *c = mesh->triangles + 3 * t;
+        faces[t] = face_of(mesh->positions + 3 * c[0], mesh->positions + 3 * c[1], mesh->positions + 3 * c[2]);
+    }
+    qsort(faces, (size_t)mesh->triangle_count, sizeof *faces, compare_faces);
+    return faces;
+}
+
+/* The same triangles, to the bit. */
+static greatest_test_res is_the_mesh(springls_context *ctx, const store *s)
+{
+    springls_mesh mesh;
+    face *ours, *theirs;
+    int count;
+    ASSERT_OK(springls_extract_mesh(ctx, &mesh));
+    ours = store_faces(s, &count);
+    theirs = mesh_faces(&mesh);
+    ASSERT_EQ(mesh.triangle_count, count);
+    ASSERT(memcmp(ours, theirs, (size_t)count * sizeof *ours) == 0);
+    free(ours);
+    free(theirs);
+    springls_mesh_free(ctx, &mesh);
+    PASS();
+}
+
+/* Every side of a triangle is met by one the other way round, bit by bit. */
+static greatest_test_res is_watertight(const store *s)
+{
+    int count, i, k;
+    face *faces = store_faces(s, &count);
+    side *there = (side *)malloc(3 * (size_t)count * sizeof *there), *back = (side *)malloc(3 * (size_t)count * sizeof *back);
+    ASSERT_GT(count, 0);
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            memcpy(there[3 * i + k].x, faces[i].x + 3 * k, 12);
+            memcpy(there[3 * i + k].x + 3, faces[i].x + 3 * ((k + 1) % 3), 12);
+            memcpy(back[3 * i + k].x, faces[i].x + 3 * ((k + 1) % 3), 12);
+            memcpy(back[3 * i + k].x + 3, faces[i].x + 3 * k, 12);
+        }
+    qsort(there, 3 * (size_t)count, sizeof *there, compare_sides);
+    qsort(back, 3 * (size_t)count, sizeof *back, compare_sides);
+    ASSERT(memcmp(there, back, 3 * (size_t)count * sizeof *there) == 0);
+    for (i = 1; i < 3 * count; i++) ASSERT(memcmp(&there[i - 1], &there[i], sizeof *there) != 0);
+    free(faces);
+    free(there);
+    free(back);
+    PASS();
+}
+
+/* A brush: moves what is within its radius. */
+typedef struct brush { float center[3], radius, velocity[3]; } brush;
+
+static void push(void *user, const float *points, int count, float time, float *out)
+{
+    const brush *b = (const brush *)user;
+    int i, k;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        float d2 = 0.0f, weight;
+        for (k = 0; k < 3; k++) d2 += (points[3 * i + k] - b->center[k]) * (points[3 * i + k] - b->center[k]);
+        weight = springls__max(1.0f - d2 / (b->radius * b->radius), 0.0f);
+        for (k = 0; k < 3; k++) out[3 * i + k] = weight * weight * b->velocity[k];
+    }
+}
+
+typedef struct scene {
+    springls_context *ctx;
+    springls_chunks *chunks;
+    brush brush;
+    springls_forces forces;
+    springls_step_desc step;
+    store store;
+} scene;
+
+static springls_status scene_begin(scene *s, const springls_chunks_desc *desc, int mirrored)
+{
+    springls_desc d = fixture_desc(SIZE, NULL);
+    springls_sphere ball = fixture_ball(19.3f, 19.7f, 20.1f, 11.0f);
+    memset(s, 0, sizeof *s);
+    if (mirrored) {
+        d.grid.direction[0] = -1.0;
+        d.grid.direction[4] = d.grid.direction[8] = 1.0;
+        d.grid.origin[0] = 40.0;
+    }
+    s->brush.center[0] = 31.0f;
+    s->brush.center[1] = s->brush.center[2] = 20.0f;
+    s->brush.radius = 5.0f;
+    s->brush.velocity[0] = -1.0f;
+    s->forces = fixture_forces(push, &s->brush);
+    s->step = fixture_step(&s->forces, SPRINGLS_FLUID, 1.0f);
+    s->step.max_displacement = 2.0f;
+    SPRINGLS__TRY(springls_create(&d, &s->ctx));
+    SPRINGLS__TRY(springls_set_implicit(s->ctx, springls_implicit_sphere, &ball));
+    return springls_chunks_create(s->ctx, desc, &s->chunks);
+}
+
+static void scene_end(scene *s)
+{
+    store_free(&s->store);
+    springls_chunks_destroy(s->ctx, s->chunks);
+    springls_destroy(s->ctx);
+}
+
+static springls_status update(scene *s, int *count)
+{
+    const springls_chunk *changed;
+    SPRINGLS__TRY(springls_chunks_update(s->ctx, s->chunks, &changed, count));
+    store_put(&s->store, changed, *count);
+    return SPRINGLS_OK;
+}
+
+/* Without a tolerance they are the mesh. */
+TEST exact_chunks_are_the_mesh(int mirrored)
+{
+    springls_chunks_desc exact = { -1.0f, false };
+    scene s;
+    int i, count;
+    ASSERT_OK(scene_begin(&s, &exact, mirrored));
+    for (i = 0; i < 7; i++) {
+        ASSERT_OK(update(&s, &count));
+        ASSERT_GT(count, 0);
+        CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+        ASSERT_OK(update(&s, &count));
+        ASSERT_EQ(0, count);
+        ASSERT_OK(springls_step(s.ctx, &s.step));
+    }
+    scene_end(&s);
+    PASS();
+}
+
+/* With one they stay watertight and near, and a push changes few. */
+TEST a_push_changes_what_it_touches(void)
+{
+    scene s;
+    const springls_chunk *changed;
+    int i, k, v, count, near = 0, far = 0, far_in_all = 0;
+    ASSERT_OK(scene_begin(&s, NULL, 0));
+    for (i = 0; i < 25; i++) ASSERT_OK(springls_step(s.ctx, &s.step)); /* springls come to rest elsewhere */
+    ASSERT_OK(update(&s, &count));
+    for (i = 0; i < SIDE * SIDE * SIDE; i++) far_in_all += s.store.chunk[i].triangle_count > 0 && s.store.chunk[i].brick[0] <= 1;
+    for (i = 0; i < 6; i++) {
+        s.brush.center[1] += 0.7f;
+        ASSERT_OK(springls_step(s.ctx, &s.step));
+        ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &count));
+        for (k = 0; k < count; k++) {
+            near += changed[k].brick[0] >= 3;
+            far += changed[k].brick[0] <= 1;
+        }
+        store_put(&s.store, changed, count);
+        CHECK_CALL(is_watertight(&s.store));
+    }
+    ASSERT_GT(near, 12);
+    ASSERT_LT(far, 6 * far_in_all / 2);
+    for (i = 0; i < SIDE * SIDE * SIDE; i++)
+        for (v = 0; v < s.store.chunk[i].vertex_count; v++) {
+            float distance;
+            ASSERT_OK(springls_sample_distance(s.ctx, s.store.chunk[i].positions + 3 * v, 1, &distance));
+            ASSERT_LT(fabs((double)distance), 0.1);
+            for (k = 0; k < 3; k++) {
+                double low = 8.0 * s.store.chunk[i].brick[k] - 1.0;
+                ASSERT_GTE((double)s.store.chunk[i].positions[3 * v + k], low);
+                ASSERT_LTE((double)s.store.chunk[i].positions[3 * v + k], low + 9.0);
+            }
+        }
+    scene_end(&s);
+    PASS();
+}
+
+/* Another model: chunks that are gone are told, and afterwards all is the new one; and an empty one at last. */
+TEST chunks_come_and_go(void)
+{
+    springls_chunks_desc exact = { -1.0f, false };
+    springls_sphere small = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
+    const springls_chunk *changed;
+    scene s;
+    int i, count, gone = 0;
+    ASSERT_OK(scene_begin(&s, &exact, 0));
+    ASSERT_OK(update(&s, &count));
+    ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &small));
+    ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &count));
+    for (i = 0; i < count; i++) gone += changed[i].triangle_count == 0;
+    ASSERT_GT(gone, 10);
+    store_put(&s.store, changed, count);
+    CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+    ASSERT_OK(springls_reset(s.ctx));
+    ASSERT_OK(update(&s, &count));
+    ASSERT_GT(count, 0);
+    for (i = 0; i < SIDE * SIDE * SIDE; i++) ASSERT_EQ(0, s.store.chunk[i].triangle_count);
+    ASSERT_OK(update(&s, &count));
+    ASSERT_EQ(0, count);
+    scene_end(&s);
+    PASS();
+}
+
+/* An object that fills the grid: the closing surface at its border is in chunks too. */
+TEST the_border_is_closed(void)
+{
+    static float phi[SIZE * SIZE * SIZE];
+    springls_chunks_desc exact = { -1.0f, false };
+    scene s;
+    int i, count;
+    for (i = 0; i < SIZE * SIZE * SIZE; i++) phi[i] = (float)(i % SIZE) - 21.3f;
+    ASSERT_OK(scene_begin(&s, &exact, 0));
+    ASSERT_OK(springls_set_level_set(s.ctx, phi));
+    ASSERT_OK(update(&s, &count));
+    CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+    CHECK_CALL(is_watertight(&s.store));
+    scene_end(&s);
+    PASS();
+}
+
+static void turn(void *user, const float *points, int count, float time, float *out)
+{
+    int i;
+    (void)user;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        out[3 * i] = -(points[3 * i + 1] - 19.7f) * 0.02f;
+        out[3 * i + 1] = (points[3 * i] - 19.3f) * 0.02f;
+        out[3 * i + 2] = 0.0f;
+    }
+}
+
+/* Correspondences and ids are the mesh's; and a ball that turns in its place changes them, though not its shape. */
+TEST material_comes_along(void)
+{
+    springls_chunks_desc desc = { -1.0f, true }, coarse = { 0.05f, true };
+    const springls_chunk *changed;
+    springls_mesh mesh;
+    scene s;
+    int count, i, v, w, all, found = 0;
+    ASSERT_OK(scene_begin(&s, &desc, 0));
+    ASSERT_OK(springls_extract_mesh(s.ctx, &mesh));
+    ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &all));
+    for (i = 0; i < all; i += 7)
+        for (v = 0; v < changed[i].vertex_count; v += 5)
+            for (w = 0; w < mesh.vertex_count; w++) {
+                if (memcmp(changed[i].positions + 3 * v, mesh.positions + 3 * w, 12) != 0) continue;
+                found++;
+                ASSERT(memcmp(changed[i].normals + 3 * v, mesh.normals + 3 * w, 12) == 0);
+                ASSERT(memcmp(changed[i].correspondences + 3 * v, mesh.correspondences + 3 * w, 12) == 0);
+                ASSERT_EQ(changed[i].ids[v], mesh.springls[w] < 0 ? UINT32_MAX : springls_ids(s.ctx)[mesh.springls[w]]);
+            }
+    ASSERT_GT(found, 50);
+    springls_mesh_free(s.ctx, &mesh);
+    springls_chunks_destroy(s.ctx, s.chunks);
+    ASSERT_OK(springls_chunks_create(s.ctx, &coarse, &s.chunks));
+    s.forces.velocity = turn;
+    for (i = 0; i < 6; i++) ASSERT_OK(springls_step(s.ctx, &s.step));
+    ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &all));
+    ASSERT_OK(springls_step(s.ctx, &s.step));
+    ASSERT_OK(springls_chunks_update(s.ctx, s.chunks, &changed, &count));
+    ASSERT_GT(count, all / 2);
+    scene_end(&s);
+    PASS();
+}
+
+/* A failed update loses nothing: the next one tells all. */
+TEST memory_may_run_out(void)
+{
+    fixture_heap heap;
+    springls_chunks_desc exact = { -1.0f, true };
+    int k, failed = 0;
+    for (k = 0; k < 40; k++) {
+        springls_desc d = fixture_desc(SIZE, NULL);
+        springls_sphere ball = fixture_ball(19.3f, 19.7f, 20.1f, 7.0f), larger = fixture_ball(19.3f, 19.7f, 20.1f, 11.0f);
+        const springls_chunk *changed;
+        springls_status status;
+        scene s;
+        int count;
+        memset(&s, 0, sizeof s);
+        d.allocator = fixture_allocator(&heap);
+        ASSERT_OK(springls_create(&d, &s.ctx));
+        ASSERT_OK(springls_set_implicit(s.ctx, springls_implicit_sphere, &ball));
+        heap.fail_at = heap.calls + k;
+        status = springls_chunks_create(s.ctx, &exact, &s.chunks);
+        if (status == SPRINGLS_OK) status = springls_chunks_update(s.ctx, s.chunks, &changed, &count);
+        if (status == SPRINGLS_OK) store_put(&s.store, changed, count);
+        if (s.chunks && status == SPRINGLS_OK && springls_set_implicit(s.ctx, springls_implicit_sphere, &larger) == SPRINGLS_OK) {
+            status = springls_chunks_update(s.ctx, s.chunks, &changed, &count);
+            if (status == SPRINGLS_OK) store_put(&s.store, changed, count);
+        }
+        failed += status != SPRINGLS_OK;
+        if (status != SPRINGLS_OK) {
+            ASSERT_STATUS(SPRINGLS_OUT_OF_MEMORY, status);
+            if (s.chunks) ASSERT_EQ(0, count);
+        }
+        heap.fail_at = -1;
+        if (!s.chunks) ASSERT_OK(springls_chunks_create(s.ctx, &exact, &s.chunks));
+        ASSERT_OK(update(&s, &count));
+        if (springls_count(s.ctx) > 0) CHECK_CALL(is_the_mesh(s.ctx, &s.store));
+        scene_end(&s);
+        ASSERT_EQ(0, heap.blocks);
+        ASSERT_EQ(0, heap.wrong_sizes);
+    }
+    ASSERT_GT(failed, 10);
+    PASS();
+}
+
+TEST wrong_arguments_are_told(void)
+{
+    springls_chunks_desc bad = { 0.6f, false };
+    const springls_chunk *changed;
+    springls_chunks *chunks;
+    scene s;
+    int count;
+    ASSERT_OK(scene_begin(&s, NULL, 0));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_create(s.ctx, &bad, &chunks));
+    ASSERT_EQ(NULL, chunks);
+    bad.tolerance = (float)NAN;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_create(s.ctx, &bad, &chunks));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_create(NULL, NULL, &chunks));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_create(s.ctx, NULL, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_update(s.ctx, NULL, &changed, &count));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_update(s.ctx, s.chunks, NULL, &count));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_update(s.ctx, s.chunks, &changed, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_update(NULL, s.chunks, &changed, &count));
+    springls_chunks_destroy(s.ctx, NULL);
+    scene_end(&s);
+    PASS();
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TESTp(exact_chunks_are_the_mesh, 0);
+    RUN_TESTp(exact_chunks_are_the_mesh, 1);
+    RUN_TEST(a_push_changes_what_it_touches);
+    RUN_TEST(chunks_come_and_go);
+    RUN_TEST(the_border_is_closed);
+    RUN_TEST(material_comes_along);
+    RUN_TEST(memory_may_run_out);
+    RUN_TEST(wrong_arguments_are_told);
+    GREATEST_MAIN_END();
+}
