@@ -329,10 +329,11 @@
      evolve, rebuild      omega, eq. 23, every sweep
      unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
 
-   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells, bricks are added
-   and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed; resample, keep_edges and
-   volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits where a part wants a number back.
-   springls_chunks: the zero level in bricks, and which have changed. springls_snapshot, springls_restore: back, and on again to the bit.
+   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells,
+   bricks are added and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed;
+   resample, keep_edges and volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits
+   where a part wants a number back. springls_chunks: the zero level in bricks, and which have changed. springls_snapshot,
+   springls_restore: back, and on again to the bit.
 
 
    ERRORS
@@ -927,18 +928,20 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one 
 
 /* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
 
-/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
-   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
-   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid
+   (size and place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with
+   other threads, on another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks
+   that have been made. */
 typedef enum springls_snapshot_kind {
     SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference, combine)
-                               to input: smaller and made faster, for undo and rollback. Restores where they are the same: in
-                               this context, or one that a block with all has been restored to                 */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference,
+                               combine) to input: smaller and made faster, for undo and rollback. Restores where they are the
+                               same: in this context, or one that a block with all has been restored to         */
 } springls_snapshot_kind;
 
 /* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room,
+                                               size_t *size);
 
 /* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
@@ -987,7 +990,7 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
    chunks meet each has its vertices, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (9 at the grid's lower border) */
     int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
     float *positions;        /* 3 a vertex, world                                                               */
     float *normals;          /* 3 a vertex, unit, outward                                                       */
@@ -997,21 +1000,23 @@ typedef struct springls_chunk {
 } springls_chunk;
 
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
-                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
-                        all chunks change in every step                                                         */
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the
+                        chunks are springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a
+                        step, so then all chunks change in every step                                           */
     bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
 } springls_chunks_desc;
 
 /* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
 typedef struct springls_chunks springls_chunks;
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+                                                    springls_chunks **out);
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
 
 /* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
    all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
    within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed,
+                                                    int *count);
 
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -6278,7 +6283,11 @@ struct springls_backend {
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 
 /* A run of a kernel here. */
-typedef struct springls__range_job { const springls_context *ctx; const struct springls__kernel_facts *kernel; springls__job job; } springls__range_job;
+typedef struct springls__range_job {
+    const springls_context *ctx;
+    const struct springls__kernel_facts *kernel;
+    springls__job job;
+} springls__range_job;
 
 /* A loop that is run in pieces; pace: seconds that an element of the last one took. */
 typedef struct springls__pieces {
@@ -10176,7 +10185,8 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
     size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
-    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 3 * keep * sizeof(springls__v3));
+    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3),
+                                                   3 * keep * sizeof(springls__v3));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
     surface->points = (springls__v3 *)surface->points_memory.data;
@@ -13925,7 +13935,8 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
     size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float), used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
+                                        used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
     c->shown.slot_brick = (int *)c->slot_brick.data;
     c->shown.free_slots = (int *)c->free_slots.data;
@@ -13956,9 +13967,9 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
 
 /* ---- what has changed ---- */
 
-/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its normal
-   on voxels one further. Bits as in springls__reach_of_row. */
-SPRINGLS__FN uint32_t springls__touches(int v)
+/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
+   normal on voxels one further. Bits as in springls__reach_of_row. */
+SPRINGLS__FN uint32_t springls__matters_to(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
     return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
@@ -13985,10 +13996,11 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
             if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
             /* further from the surface it moves no vertices, and normals hardly */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep) touched |= springls__touches(v);
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep)
+                touched |= springls__matters_to(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__touches(v) == own) shown[v] = now[v];
+            if (springls__matters_to(v) == own) shown[v] = now[v];
         c->touched[begin] = touched ? touched | own : 0u;
     }
 }
@@ -14034,7 +14046,8 @@ SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
     int origin[3], at[3], d;
     springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
     for (d = 0; d < 27 && c->touched[i]; d++)
-        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at)) c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at))
+            c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
 }
 
 /* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
@@ -14049,7 +14062,9 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
     memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
-        slot = springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
+        slot =
+            springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]),
+                              springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
         crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
         crew[slot].sum = springls__add(crew[slot].sum, p);
         crew[slot].count++;
@@ -14057,7 +14072,9 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
     for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
         float most = c->desc.tolerance * (float)crew[slot].count;
         if (c->shown.slot_brick[slot] < 0) continue;
-        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most) continue;
+        if (crew[slot].ids == c->crew[slot].ids
+            && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most)
+            continue;
         c->crew[slot] = crew[slot];
         c->dirty[c->shown.slot_brick[slot]] = 1;
     }
@@ -14182,7 +14199,8 @@ SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])]) c->chunk[n++] = c->chunk[i];
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])])
+            c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
@@ -14232,14 +14250,17 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
 
 /* ---- the calls ---- */
 
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out)
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+                                                    springls_chunks **out)
 {
     springls_chunks *c;
     springls_status status;
     if (out) *out = NULL;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+        return springls__fail(
+            ctx, SPRINGLS_INVALID_ARGUMENT,
+            "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
     c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
@@ -14256,13 +14277,15 @@ SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks
     if (ctx && chunks) springls__chunks_free(ctx, chunks);
 }
 
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count)
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
+                                                    const springls_chunk **changed, int *count)
 {
     springls_status status;
     if (changed) *changed = NULL;
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!chunks || !changed || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+    if (!chunks || !changed || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
     SPRINGLS__TRY(springls__finish_step(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
@@ -14272,9 +14295,9 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 
 /* ======== >>snapshot  (src/snapshot.h) ========================================================================= */
 /* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
-   (SPRINGLS__SECTIONS). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of bricks
-   are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory there,
-   before the model changes. */
+   (springls__section). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of
+   bricks are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory
+   there, before the model changes. */
 
 typedef struct springls__snapshot_head {
     char magic[8];
@@ -14285,7 +14308,10 @@ typedef struct springls__snapshot_head {
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
-typedef struct springls__attribute_entry { char name[SPRINGLS_MAX_NAME + 1]; int32_t channels, split, fill, merge; } springls__attribute_entry;
+typedef struct springls__attribute_entry {
+    char name[SPRINGLS_MAX_NAME + 1];
+    int32_t channels, split, fill, merge;
+} springls__attribute_entry;
 
 typedef struct springls__snapshot_state {
     double to_world[12], time;
@@ -14328,7 +14354,8 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
     int a = section - SPRINGLS__SECTION_VALUES;
     if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
-    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES) return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
+        return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
     switch (section) {
     case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
@@ -14401,7 +14428,9 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
         if (side == SPRINGLS__OUTSIDE) continue;
         stamp = springls__checksum(stamp, &i, sizeof i);
         stamp = springls__checksum(stamp, &side, sizeof side);
-        if (side >= SPRINGLS__FIRST_SLOT) stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof(float));
+        if (side >= SPRINGLS__FIRST_SLOT)
+            stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
+                                       SPRINGLS__BRICK_VOXELS * sizeof(float));
     }
     stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
     if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
@@ -14456,7 +14485,9 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) {
-        if (g->top[i] == SPRINGLS__INSIDE) out[layout->at[sides] + (uint64_t)(i >> 3)] = (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] == SPRINGLS__INSIDE)
+            out[layout->at[sides] + (uint64_t)(i >> 3)] =
+                (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         memcpy(numbers, &i, sizeof i);
         memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
@@ -14465,7 +14496,8 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     }
 }
 
-SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, char *out)
+SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, char *out)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__snapshot_head head;
@@ -14476,18 +14508,23 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     }
     memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
     memcpy(out + sizeof head, s, sizeof *s);
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors, springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
+        springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
     springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
     for (i = 0; i < s->attributes; i++)
-        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data, springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
     if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
         memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points, springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source, springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
     }
     memset(&head, 0, sizeof head);
     memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
@@ -14498,7 +14535,8 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     memcpy(out, &head, sizeof head);
 }
 
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size)
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
+                                               size_t room, size_t *size)
 {
     springls__snapshot_state state;
     springls__layout layout;
@@ -14513,7 +14551,9 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     *size = (size_t)layout.at[SPRINGLS__SECTIONS];
     if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
-    if (room < *size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu", (unsigned long)*size, (unsigned long)room);
+    if (room < *size)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu",
+                              (unsigned long)*size, (unsigned long)room);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
 }
@@ -14575,10 +14615,12 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 {
     const springls__attribute_entry *a = &s->attribute[row];
     int i;
-    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS) return false;
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
+        return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
-    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill) && springls__policy_known((springls_policy)a->merge);
+    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill)
+        && springls__policy_known((springls_policy)a->merge);
 }
 
 /* Why the numbers cannot be those of a model of this context; NULL: they can. */
@@ -14586,19 +14628,27 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 {
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
-    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
+    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
+        || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
+        return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0) return "damaged";
-    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0 || s->original > INT32_MAX / 3 || s->given < s->original) return "damaged";
-    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0)
+        return "damaged";
+    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0
+        || s->original > INT32_MAX / 3 || s->given < s->original)
+        return "damaged";
+    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES)
+        return "damaged";
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx)) return "of another original surface, which it leaves out";
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
+        return "of another original surface, which it leaves out";
     return NULL;
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
+                                        const springls__layout *layout, const char *block)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
@@ -14612,10 +14662,19 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
             if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
             if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
         } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
-        else if (i == SPRINGLS__SECTION_BRICKS) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_SOURCE) good = good && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
-        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES && i != SPRINGLS__SECTION_LOCKED) good = good && springls__all_finite(data, bytes);
+        else if (i == SPRINGLS__SECTION_BRICKS)
+            good =
+                good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes)
+            good = good
+                && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks,
+                                         springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_SOURCE)
+            good = good
+                && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
+                 && i != SPRINGLS__SECTION_LOCKED)
+            good = good && springls__all_finite(data, bytes);
     }
     for (i = 0; i < s->locked; i++) {
         double volume;
@@ -14626,7 +14685,8 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
 }
 
 /* The numbers and the layout of a block that is good; else one sentence about why it is not. */
-SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size, springls__snapshot_state *s, springls__layout *layout)
+SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
+                                                     springls__snapshot_state *s, springls__layout *layout)
 {
     springls__snapshot_head head;
     const char *fault = NULL;
@@ -14634,13 +14694,15 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
     memcpy(&head, block, sizeof head);
     memcpy(s, block + sizeof head, sizeof *s);
     if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
-    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER) fault = "of another version or machine";
+    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER)
+        fault = "of another version or machine";
     else if (head.size != size) fault = "not as long as it says";
     else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
     else fault = springls__numbers_fault(ctx, s);
     if (!fault) {
         *layout = springls__layout_of(&ctx->model.grid, s);
-        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block)) fault = "damaged";
+        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block))
+            fault = "damaged";
     }
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
@@ -14655,17 +14717,23 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     int i;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
     if (s->has_neighbors)
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1, ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
+                                     ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double), (size_t)ctx->locked_count * sizeof(double)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double),
+                                        (size_t)ctx->locked_count * sizeof(double)));
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
-        size_t used = i < ctx->attribute_count ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float) : 0;
+        size_t used = i < ctx->attribute_count
+            ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float)
+            : 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks), (size_t)ctx->model.reference.slot_count));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
+                                 (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
+                                 (size_t)ctx->model.reference.slot_count));
     SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
@@ -14678,7 +14746,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
-    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2], (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+           (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
 }
@@ -14699,14 +14768,19 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
     g->active_count = count;
 }
 
-SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     const springls__grid *g = &ctx->model.grid;
     int i;
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
-    if (s->has_neighbors && s->count) memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    if (s->locked) memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED], (size_t)s->locked * sizeof(double));
+    if (s->has_neighbors && s->count)
+        memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
+               (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    if (s->locked)
+        memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],
+               (size_t)s->locked * sizeof(double));
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     for (i = 0; i < s->attributes; i++) {
@@ -14717,13 +14791,16 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
         attribute->split = (springls_policy)row->split;
         attribute->fill = (springls_policy)row->fill;
         attribute->merge = (springls_policy)row->merge;
-        if (s->count) memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+        if (s->count)
+            memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i],
+                   (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
     }
     ctx->attribute_count = s->attributes;
 }
 
 /* The original surface; its hierarchy is built again. */
-SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
@@ -14733,7 +14810,8 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     original->dipoles = NULL;
     original->source = NULL;
     if (s->original == 0) return;
-    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL], (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL],
+           (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;
@@ -14775,7 +14853,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 619 \"springls.h\"\n",
+    "#line 620 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -14860,7 +14938,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 1222 \"springls.h\"\n",
+    "#line 1227 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -14924,7 +15002,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1287 \"springls.h\"\n",
+    "#line 1292 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -15067,7 +15145,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1431 \"springls.h\"\n",
+    "#line 1436 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15134,7 +15212,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1499 \"springls.h\"\n",
+    "#line 1504 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15398,7 +15476,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1764 \"springls.h\"\n",
+    "#line 1769 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -15646,7 +15724,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2013 \"springls.h\"\n",
+    "#line 2018 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -15777,7 +15855,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2145 \"springls.h\"\n",
+    "#line 2150 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -15887,7 +15965,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2256 \"springls.h\"\n",
+    "#line 2261 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -15949,7 +16027,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2319 \"springls.h\"\n",
+    "#line 2324 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16157,7 +16235,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2528 \"springls.h\"\n",
+    "#line 2533 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -16321,7 +16399,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2693 \"springls.h\"\n",
+    "#line 2698 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16347,7 +16425,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2720 \"springls.h\"\n",
+    "#line 2725 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16416,7 +16494,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2790 \"springls.h\"\n",
+    "#line 2795 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16467,7 +16545,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2842 \"springls.h\"\n",
+    "#line 2847 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16641,7 +16719,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3017 \"springls.h\"\n",
+    "#line 3022 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16763,7 +16841,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3140 \"springls.h\"\n",
+    "#line 3145 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -16903,7 +16981,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3281 \"springls.h\"\n",
+    "#line 3286 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17313,7 +17391,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3692 \"springls.h\"\n",
+    "#line 3697 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17411,7 +17489,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3791 \"springls.h\"\n",
+    "#line 3796 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17517,7 +17595,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3898 \"springls.h\"\n",
+    "#line 3903 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17723,7 +17801,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4105 \"springls.h\"\n",
+    "#line 4110 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17780,7 +17858,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4163 \"springls.h\"\n",
+    "#line 4168 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -17875,7 +17953,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4259 \"springls.h\"\n",
+    "#line 4264 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -17999,7 +18077,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4384 \"springls.h\"\n",
+    "#line 4389 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -18289,7 +18367,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4675 \"springls.h\"\n",
+    "#line 4680 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18476,7 +18554,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4863 \"springls.h\"\n",
+    "#line 4868 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18605,7 +18683,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4993 \"springls.h\"\n",
+    "#line 4998 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18700,7 +18778,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5089 \"springls.h\"\n",
+    "#line 5094 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -18966,7 +19044,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5356 \"springls.h\"\n",
+    "#line 5361 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -19206,7 +19284,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5597 \"springls.h\"\n",
+    "#line 5602 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19237,7 +19315,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5629 \"springls.h\"\n",
+    "#line 5634 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19453,7 +19531,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5846 \"springls.h\"\n",
+    "#line 5851 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -19564,7 +19642,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5958 \"springls.h\"\n",
+    "#line 5963 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -19707,7 +19785,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6102 \"springls.h\"\n",
+    "#line 6107 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19785,7 +19863,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19789 \"springls.h\"\n",
+    "#line 19867 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20203,7 +20281,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20207 \"springls.h\"\n",
+    "#line 20285 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20402,7 +20480,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20406 \"springls.h\"\n",
+    "#line 20484 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

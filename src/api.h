@@ -335,18 +335,20 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one 
 
 /* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
 
-/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
-   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
-   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid
+   (size and place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with
+   other threads, on another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks
+   that have been made. */
 typedef enum springls_snapshot_kind {
     SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference, combine)
-                               to input: smaller and made faster, for undo and rollback. Restores where they are the same: in
-                               this context, or one that a block with all has been restored to                 */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference,
+                               combine) to input: smaller and made faster, for undo and rollback. Restores where they are the
+                               same: in this context, or one that a block with all has been restored to         */
 } springls_snapshot_kind;
 
 /* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room,
+                                               size_t *size);
 
 /* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
@@ -395,7 +397,7 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
    chunks meet each has its vertices, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (9 at the grid's lower border) */
     int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
     float *positions;        /* 3 a vertex, world                                                               */
     float *normals;          /* 3 a vertex, unit, outward                                                       */
@@ -405,21 +407,23 @@ typedef struct springls_chunk {
 } springls_chunk;
 
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
-                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
-                        all chunks change in every step                                                         */
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the
+                        chunks are springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a
+                        step, so then all chunks change in every step                                           */
     bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
 } springls_chunks_desc;
 
 /* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
 typedef struct springls_chunks springls_chunks;
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+                                                    springls_chunks **out);
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
 
 /* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
    all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
    within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed,
+                                                    int *count);
 
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
