@@ -323,7 +323,7 @@ static greatest_test_res starve(int call, int fail_at, int *failed)
     status = call == 0 ? springls_combine_implicit(ctx, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &two)
            : call == 1 ? springls_offset(ctx, 2.0f) : call == 2 ? springls_smooth(ctx, 1.0f, false) : springls_remesh(ctx);
     *failed = heap.calls > heap.fail_at;
-    if (*failed) ASSERT_STATUS(SPRINGLS_OUT_OF_MEMORY, status);
+    if (*failed) ASSERT(status == SPRINGLS_OUT_OF_MEMORY || (desc.backend && status == SPRINGLS_DEVICE)); /* goes on without it */
     else ASSERT_OK(status);
     if (springls_count(ctx) > 0) ASSERT_EQ(springls_count(ctx), springls_view_attribute(ctx, 0).count);
     heap.fail_at = -1;
