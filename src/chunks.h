@@ -66,7 +66,7 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
 
 /* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
    normal on voxels one further. Bits as in springls__reach_of_row. */
-SPRINGLS__FN uint32_t springls__matters_to(int v)
+SPRINGLS__FN uint32_t springls__bricks_touched_by(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
     return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
@@ -94,10 +94,10 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
             shown[v] = now[v];
             /* further from the surface it moves no vertices, and normals hardly */
             if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep)
-                touched |= springls__matters_to(v);
+                touched |= springls__bricks_touched_by(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__matters_to(v) == own) shown[v] = now[v];
+            if (springls__bricks_touched_by(v) == own) shown[v] = now[v];
         c->touched[begin] = touched ? touched | own : 0u;
     }
 }
