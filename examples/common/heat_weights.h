@@ -2,7 +2,8 @@
  * (Pinocchio, SIGGRAPH 2007), reference [59] of the paper.
  *
  * Weight w of bone i solves -Laplace w + H w = H p: the surface conducts heat and the bone warms what it is nearest to, with
- * p = 1 at vertices whose nearest bone it is and H = 1/d^2 where that bone is seen from the vertex without leaving the body, else 0. */
+ * p = 1 at vertices whose nearest bone it is and H = 1/d^2 where that bone is seen from the vertex without leaving the body,
+ * else 0. */
 #ifndef EXAMPLES_COMMON_HEAT_WEIGHTS_H
 #define EXAMPLES_COMMON_HEAT_WEIGHTS_H
 
