@@ -30,7 +30,8 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"ease", CLI_INT, &set->ease, "N", "frames in which it grows to that", 0, 1000, NULL},
         {"thicken", CLI_FLOAT, &set->thicken, "X", "make sheets, such as capes, solids of X voxels; 0: leave them", 0, 10, NULL},
         {"parts", CLI_INT, &set->parts, "N", "separate bodies of a character to keep, the largest first; 0: all", 0, 1000, NULL},
-        {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0, NULL},
+        {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0,
+         NULL},
         {"weights", CLI_FLAG, &set->weights, NULL, "only bone weights for SOURCE, by heat; as if it had none", 0, 0, NULL},
         {"donor", CLI_STRING, &set->donor, "FILE", "whose skeleton a body without bones gets (else the other's)", 0, 0, NULL},
         {"preserve", CLI_FLAG, &set->preserve, NULL, "active contours that keep the topology", 0, 0, NULL},
@@ -38,8 +39,9 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"view", CLI_FLOAT3, set->view, "X,Y,Z", "direction from the body to the eye; up is y", 0, 0, NULL},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
-    const struct cli_positional files[] = {{"SOURCE", &set->source, "a rigged character (glTF and what else assimp reads)", false},
-                                           {"TARGET", &set->target, "what it becomes", false}};
+    const struct cli_positional files[] = {
+        {"SOURCE", &set->source, "a rigged character (glTF and what else assimp reads)", false},
+        {"TARGET", &set->target, "what it becomes", false}};
     const struct cli_program program = {.name = "morph",
                                         .summary = "a walking character becomes another one",
                                         .common = &set->common,
@@ -84,7 +86,14 @@ static int list(const char *path)
 
 int main(int argc, char **argv)
 {
-    struct morph morph = {.settings = {.frames = 60, .fps = 24, .iterations = 10, .pace = 0.2f, .ease = 24, .parts = 1, .size = 480, .view = {0.45f, 0.12f, 1.0f}}};
+    struct morph morph = {.settings = {.frames = 60,
+                                       .fps = 24,
+                                       .iterations = 10,
+                                       .pace = 0.2f,
+                                       .ease = 24,
+                                       .parts = 1,
+                                       .size = 480,
+                                       .view = {0.45f, 0.12f, 1.0f}}};
     struct morph_settings *set = &morph.settings;
     set->common = cli_common_defaults();
     int status = read_command_line(set, argc, argv);
@@ -109,7 +118,8 @@ int main(int argc, char **argv)
     if (done) {
         morph_print(&morph);
     }
-    const bool good = done && (!set->common.out || morph_write(&morph)) && (!set->common.json || morph_report(&morph, set->common.json));
+    const bool good =
+        done && (!set->common.out || morph_write(&morph)) && (!set->common.json || morph_report(&morph, set->common.json));
     morph_free(&morph);
     return good ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
 }

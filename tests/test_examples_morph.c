@@ -1,6 +1,6 @@
-/* examples/morph.c and what it stands on: skinning against matrices made by hand, skeletons brought together, heat weights on a tube,
- * glTF files read back, meshes that cut themselves, malformed files, and the program from the command line to its report. Compiled
- * like test_examples_common.c, else skipped. */
+/* examples/morph.c and what it stands on: skinning against matrices made by hand, skeletons brought together, heat weights on a
+ * tube, glTF files read back, meshes that cut themselves, malformed files, and the program from the command line to its report.
+ * Compiled like test_examples_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -172,7 +172,8 @@ TEST the_affine_force_goes_from_pose_to_pose(void)
     to_velocity(&grid, &m, out);
     to_voxel(&grid, start, voxel);
     for (int i = 0; i < 3; ++i) {
-        const float moved = voxel[i] + out[4 * i] * voxel[0] + out[4 * i + 1] * voxel[1] + out[4 * i + 2] * voxel[2] + out[4 * i + 3];
+        const float moved =
+            voxel[i] + out[4 * i] * voxel[0] + out[4 * i + 1] * voxel[1] + out[4 * i + 2] * voxel[2] + out[4 * i + 3];
         ASSERT_NEAR(((double)end[i] - grid.origin[i]) / grid.spacing[i], moved, 1e-4);
     }
     PASS();
@@ -183,7 +184,8 @@ TEST weights_sum_to_one(void)
     char error[CHARACTER_TEXT];
     struct influences in;
     memset(&in, 0, sizeof in);
-    for (int j = 0; j < 20; ++j) influences_add(&in, j, 0.1f + 0.01f * (float)j); /* more bones than there is room for: the heaviest stay */
+    for (int j = 0; j < 20; ++j)
+        influences_add(&in, j, 0.1f + 0.01f * (float)j); /* more bones than there is room for: the heaviest stay */
     for (int k = 0; k < CHARACTER_BONES; ++k) ASSERT(in.joint[k] >= 20 - CHARACTER_BONES);
     influences_normalize(&in, 0);
     float sum = 0.0f;
@@ -241,7 +243,8 @@ TEST alignment_makes_joints_coincide(void)
     }
     ASSERT(skeleton_rescale(&source, &target, map));
     for (int v = 0; v < source.vertex_count; ++v) {
-        for (int k = 0; k < CHARACTER_BONES; ++k) ASSERT(source.influences[v].joint[k] >= 0 && source.influences[v].joint[k] < target.joint_count);
+        for (int k = 0; k < CHARACTER_BONES; ++k)
+            ASSERT(source.influences[v].joint[k] >= 0 && source.influences[v].joint[k] < target.joint_count);
     }
     character_free(&source);
     character_free(&target);
@@ -339,7 +342,8 @@ TEST heat_weights_of_a_tube_are_symmetric_and_sum_to_one(void)
 
 /* ---- meshes ---- */
 
-static const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.2f, 0.2f, 0.2f, 1.2f, 0.2f, 0.2f, 0.2f, 1.2f, 0.2f, 0.2f, 0.2f, 1.2f};
+static const float corners[] = {0,    0,    0,    1,    0,    0,    0,    1,    0,    0,    0,    1,
+                                0.2f, 0.2f, 0.2f, 1.2f, 0.2f, 0.2f, 0.2f, 1.2f, 0.2f, 0.2f, 0.2f, 1.2f};
 static const int tetrahedra[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2, 4, 6, 5, 4, 5, 7, 5, 6, 7, 4, 7, 6};
 
 TEST meshes_that_cut_themselves_are_found_out(void)
@@ -374,7 +378,8 @@ TEST specks_are_left_out(void)
 
 TEST a_sequence_is_read_back(void)
 {
-    const float colors[24] = {0.1f, 0.5f, 0.9f, 1, 0, 0, 0, 1, 0, 0.02f, 0.2f, 0.3f}, uvs[16] = {0.25f, 0.75f, 1, 0, 0, 1, 0.5f, 0.5f};
+    const float colors[24] = {0.1f, 0.5f, 0.9f, 1, 0, 0, 0, 1, 0, 0.02f, 0.2f, 0.3f},
+                uvs[16] = {0.25f, 0.75f, 1, 0, 0, 1, 0.5f, 0.5f};
     const struct gltf_mesh frames[3] = {{corners, NULL, uvs, colors, NULL, tetrahedra, 8, 4},
                                         {corners, NULL, uvs, colors, NULL, tetrahedra, 8, 8},
                                         {corners, NULL, uvs, colors, NULL, tetrahedra, 8, 4}};
@@ -408,7 +413,8 @@ TEST a_skinned_character_is_read_back(void)
     char error[CHARACTER_TEXT];
     struct affine skin[64], places[64], skin_again[64], places_again[64];
     ASSERT(character_build(1, &c, error));
-    const struct gltf_mesh mesh = {c.positions, NULL, c.uvs, c.colors, c.influences, c.triangles, c.vertex_count, c.triangle_count};
+    const struct gltf_mesh mesh = {c.positions,  NULL,        c.uvs,          c.colors,
+                                   c.influences, c.triangles, c.vertex_count, c.triangle_count};
     ASSERT(gltf_write_skinned(scratch("skinned.glb"), &mesh, &c, 0, 20));
     ASSERT(character_read(scratch("skinned.glb"), NULL, &again, error));
     ASSERT(again.skinned && again.unnormal == 0 && again.vertex_count == c.vertex_count && again.animation_count == 1);
@@ -446,7 +452,8 @@ TEST an_animated_picture_begins_with_its_first_frame(void)
 {
     struct image frames[2], again;
     size_t length;
-    ASSERT(image_create(&frames[0], 9, 7, color_rgb(1.0f, 0.0f, 0.2f)) && image_create(&frames[1], 9, 7, color_rgb(0.0f, 1.0f, 0.0f)));
+    ASSERT(image_create(&frames[0], 9, 7, color_rgb(1.0f, 0.0f, 0.2f))
+           && image_create(&frames[1], 9, 7, color_rgb(0.0f, 1.0f, 0.0f)));
     ASSERT(apng_write(scratch("film.png"), frames, 2, 12));
     ASSERT(image_read_file(scratch("film.png"), &again));
     ASSERT(again.width == 9 && again.height == 7);
@@ -563,8 +570,20 @@ static greatest_test_res check_report(const char *path, int frames, double near)
 
 TEST a_morph_from_nothing(void)
 {
-    const char *const line[] = {"--grid", "48", "--frames", "6", "--ease", "0", "--size", "64", "--quiet", "--out", folder, "--json",
-                                scratch("morph.json"), NULL};
+    const char *const line[] = {"--grid",
+                                "48",
+                                "--frames",
+                                "6",
+                                "--ease",
+                                "0",
+                                "--size",
+                                "64",
+                                "--quiet",
+                                "--out",
+                                folder,
+                                "--json",
+                                scratch("morph.json"),
+                                NULL};
     ASSERT_EQ(0, run_program(line));
     CHECK_CALL(check_report(scratch("morph.json"), 6, 0.4));
     const struct aiScene *scene = aiImportFile(scratch("morph.glb"), 0);
@@ -589,8 +608,8 @@ TEST a_morph_from_nothing(void)
 
 TEST weights_from_nothing(void)
 {
-    const char *const line[] = {"--weights", "--grid", "48", "--size", "64", "--quiet", "--out", folder, "--json", scratch("weights.json"),
-                                NULL};
+    const char *const line[] = {
+        "--weights", "--grid", "48", "--size", "64", "--quiet", "--out", folder, "--json", scratch("weights.json"), NULL};
     struct character rigged;
     char error[CHARACTER_TEXT];
     ASSERT_EQ(0, run_program(line));
@@ -608,7 +627,8 @@ TEST weights_from_nothing(void)
 TEST wrong_lines_end_with_a_status(void)
 {
     FILE *quiet = freopen(scratch("errors"), "w", stderr);
-    const char *const unknown[] = {"--nonsense", NULL}, *const alone[] = {"one.glb", NULL}, *const small[] = {"--grid", "8", NULL};
+    const char *const unknown[] = {"--nonsense", NULL}, *const alone[] = {"one.glb", NULL},
+                      *const small[] = {"--grid", "8", NULL};
     const char *const absent[] = {"a.glb", "b.glb", NULL}, *const still[] = {"--animation", "Swim", "--grid", "32", NULL};
     ASSERT(quiet != NULL);
     ASSERT_EQ(2, run_program(unknown));
@@ -649,8 +669,9 @@ TEST characters_of_the_collection(void)
     ASSERT_EQ(9, c.prop_count);
     ASSERT(character_animation(&c, "Walking_A") >= 0 && character_animation(&c, "3") == 3 && character_animation(&c, "99") == -1);
     character_free(&c);
-    const char *const line[] = {knight, mage, "--animation", "Walking_A", "--grid", "40", "--frames", "3", "--ease", "0", "--quiet",
-                                "--json", scratch("knight.json"), NULL};
+    const char *const line[] = {
+        knight,    mage,     "--animation",          "Walking_A", "--grid", "40", "--frames", "3", "--ease", "0",
+        "--quiet", "--json", scratch("knight.json"), NULL};
     ASSERT_EQ(0, run_program(line));
     CHECK_CALL(check_report(scratch("knight.json"), 3, 0.6));
     PASS();

@@ -64,7 +64,8 @@ struct character {
     char (*props)[CHARACTER_NAME]; /* their names */
 };
 
-/* Through assimp. props: rigid parts that hang on bones too, those whose names hold one of these words (with commas between; "all";
+/* Through assimp. props: rigid parts that hang on bones too, those whose names hold one of these words (with commas between;
+ * "all";
  * NULL: none). False: one line in `error`, nothing to free. */
 bool character_read(const char *path, const char *props, struct character *character, char error[CHARACTER_TEXT]);
 

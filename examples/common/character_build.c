@@ -186,7 +186,8 @@ static bool add_channel(struct character *c, struct animation *animation, const 
     }
     keys->count = WALK_KEYS;
     for (int k = 0; k < WALK_KEYS; ++k) {
-        const double part = (double)k / (WALK_KEYS - 1), a = 0.5 * (swing->bias + swing->size * sin(6.2831853 * part + swing->phase));
+        const double part = (double)k / (WALK_KEYS - 1),
+                     a = 0.5 * (swing->bias + swing->size * sin(6.2831853 * part + swing->phase));
         const double b = 0.5 * swing->drop;
         const double q[4] = {cos(a) * cos(b), sin(a) * cos(b), -sin(a) * sin(b), cos(a) * sin(b)}; /* about z, then about x */
         keys->times[k] = WALK_SECONDS * part;

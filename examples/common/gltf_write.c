@@ -262,7 +262,8 @@ bool gltf_write_sequence(const char *path, const struct gltf_mesh *frames, int c
         if (f > 0) {
             doubles(node, "scale", (const double[3]){0, 0, 0}, 3);
         }
-        add_channel(&g, animation, f, "scale", bounded_accessor(&g, times + skip, keys, 1, 0), scales + 3 * skip, keys, 3, "STEP");
+        add_channel(&g, animation, f, "scale", bounded_accessor(&g, times + skip, keys, 1, 0), scales + 3 * skip, keys, 3,
+                    "STEP");
     }
     cJSON *root = object(&g, g.nodes), *children = cJSON_AddArrayToObject(root, "children");
     for (int f = 0; f < count; ++f) {

@@ -18,6 +18,7 @@ struct gltf_mesh { /* arrays by vertex; all but positions may be NULL */
 bool gltf_write_sequence(const char *path, const struct gltf_mesh *frames, int count, int fps);
 
 /* The mesh, in the neutral pose of the character whose skeleton and animation (-1: none) it gets, in keys of 1/fps seconds. */
-bool gltf_write_skinned(const char *path, const struct gltf_mesh *mesh, const struct character *character, int animation, int fps);
+bool gltf_write_skinned(const char *path, const struct gltf_mesh *mesh, const struct character *character, int animation,
+                        int fps);
 
 #endif

@@ -37,7 +37,8 @@ static int compare_entries(const void *a, const void *b)
 
 /* Cotangent Laplacian (Pinkall & Polthier 1993): entry ij is -(cot alpha + cot beta)/2, angles opposite the edge ij. Positive
  * semi-definite whatever the triangles; area[v] is a third of the triangles around v. */
-static bool laplacian(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct matrix *m, double *area)
+static bool laplacian(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct matrix *m,
+                      double *area)
 {
     const size_t count = 6 * (size_t)triangle_count;
     struct entry *entries = malloc((count + 1) * sizeof *entries);

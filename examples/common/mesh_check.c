@@ -166,7 +166,10 @@ bool mesh_check(const float *positions, int vertex_count, const int *triangles, 
 }
 
 /* Divergence theorem: a sixth of the determinant of each triangle's corners, seen from a vertex of the component. */
-static double signed_volume(const float *origin, const float *a, const float *b, const float *c) { return side(origin, a, b, c) / 6.0; }
+static double signed_volume(const float *origin, const float *a, const float *b, const float *c)
+{
+    return side(origin, a, b, c) / 6.0;
+}
 
 int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest)
 {

@@ -107,8 +107,8 @@ bool morph_check(springls_context *ctx, springls_status status, const char *what
 
 bool morph_read(struct morph *morph);
 /* A closed body of the character on the context's grid: its level set becomes the model. */
-bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken, int parts,
-                      struct morph_solid *solid);
+bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
+                      int parts, struct morph_solid *solid);
 /* Bone weights for a body without any: from its own skeleton, or from a donor's that is fitted into it. morph_rig_free(mesh). */
 bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh);
 void morph_rig_free(struct rig_mesh *mesh);

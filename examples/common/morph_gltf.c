@@ -106,7 +106,9 @@ static bool write_sequence(const struct morph *morph, const char *path)
                                        s->vertex_count, morph->frames[f].mesh.triangle_count};
         meshes[f] = made;
     }
-    good = good && (gltf_write_sequence(path, meshes, morph->frame_count, morph->settings.fps) || morph_fail("%s cannot be written", path));
+    good = good
+        && (gltf_write_sequence(path, meshes, morph->frame_count, morph->settings.fps)
+            || morph_fail("%s cannot be written", path));
     for (size_t f = 0; seamed && f < count; ++f) {
         seamed_free(&seamed[f]);
     }
@@ -115,7 +117,8 @@ static bool write_sequence(const struct morph *morph, const char *path)
     return good;
 }
 
-/* The last frame brought back into the neutral pose by the bone weights that have come along, and those weights with it: a body that
+/* The last frame brought back into the neutral pose by the bone weights that have come along, and those weights with it: a body
+ * that
  * goes on walking in any engine. */
 static bool write_skinned(const struct morph *morph, const char *path)
 {
@@ -132,7 +135,13 @@ static bool write_skinned(const struct morph *morph, const char *path)
         const struct affine back = fabs(affine_determinant(&blend)) > 0.1 ? affine_inverse(&blend) : affine_identity();
         affine_apply(&back, last->mesh.positions + 3 * v, positions + 3 * v);
     }
-    const struct gltf_mesh mesh = {positions, NULL, last->uvs, last->colors, influences, last->mesh.triangles, last->mesh.vertex_count,
+    const struct gltf_mesh mesh = {positions,
+                                   NULL,
+                                   last->uvs,
+                                   last->colors,
+                                   influences,
+                                   last->mesh.triangles,
+                                   last->mesh.vertex_count,
                                    last->mesh.triangle_count};
     good = good
            && (gltf_write_skinned(path, &mesh, &morph->target.character, morph->animation, morph->settings.fps)

@@ -234,11 +234,11 @@ void morph_print(const struct morph *morph)
     if (morph->settings.common.quiet || (morph->settings.common.json && strcmp(morph->settings.common.json, "-") == 0)) {
         return;
     }
-    printf("%d joints paired by %s; grid %d x %d x %d\n", morph->pairs, morph->mapped_by, morph->grid.size[0], morph->grid.size[1],
-           morph->grid.size[2]);
-    printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n", morph->frame_count,
-           morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight, s.intersections, s.fewest,
-           s.most, s.specks);
+    printf("%d joints paired by %s; grid %d x %d x %d\n", morph->pairs, morph->mapped_by, morph->grid.size[0],
+           morph->grid.size[1], morph->grid.size[2]);
+    printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n",
+           morph->frame_count, morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight,
+           s.intersections, s.fewest, s.most, s.specks);
     printf("distance to the target: mean %.3f, from it %.3f, largest %.2f voxels; weights sum to 1 within %.1g\n",
            morph->end.mean_ab / voxel, morph->end.mean_ba / voxel, morph->end.max / voxel, s.weight_error);
     printf("%.2f s a frame: skinning %.2f, target %.2f, contour %.2f\n", s.seconds, s.skinning, s.target, s.contour);

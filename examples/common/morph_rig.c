@@ -43,11 +43,13 @@ static bool body_mesh(const struct morph *morph, const struct character *body, s
     memset(&surface, 0, sizeof surface);
     desc.grid = grid_around(body, morph->settings.common.grid);
     desc.params = &morph->params;
-    bool good = (desc.grid.spacing[0] > 0.0 || morph_fail("the body has no size")) && run_create("morph", &desc, &ctx) == CLI_GO_ON
-                && morph_solid_make(ctx, &desc.grid, body, morph->settings.thicken, morph->settings.parts, &solid)
-                && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
+    bool good = (desc.grid.spacing[0] > 0.0 || morph_fail("the body has no size"))
+        && run_create("morph", &desc, &ctx) == CLI_GO_ON
+        && morph_solid_make(ctx, &desc.grid, body, morph->settings.thicken, morph->settings.parts, &solid)
+        && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
     if (good) {
-        const size_t points = 3 * (size_t)surface.vertex_count * sizeof(float), corners = 3 * (size_t)surface.triangle_count * sizeof(int);
+        const size_t points = 3 * (size_t)surface.vertex_count * sizeof(float),
+                     corners = 3 * (size_t)surface.triangle_count * sizeof(int);
         mesh->vertex_count = surface.vertex_count;
         mesh->triangle_count = surface.triangle_count;
         mesh->positions = malloc(points + 1);
@@ -121,8 +123,9 @@ static bool add_weights(const struct character *body, struct rig_mesh *mesh)
     mesh->influences = malloc(((size_t)mesh->vertex_count + 1) * sizeof *mesh->influences);
     bool good = (bones && joints && weights && mesh->influences) || morph_no_memory();
     good = good && reach_on(body, mesh, bones, joints, count)
-           && (heat_weights(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, bones, count, weights, &mesh->heat)
-               || morph_fail("no bone is seen from the body's surface"));
+        && (heat_weights(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, bones, count, weights,
+                         &mesh->heat)
+            || morph_fail("no bone is seen from the body's surface"));
     for (int v = 0; good && v < mesh->vertex_count; ++v) {
         mesh->influences[v] = of_bones(weights + (size_t)v * (size_t)count, count, joints);
     }
@@ -237,8 +240,8 @@ static void weight_color(const struct influences *in, float color[3])
     }
 }
 
-static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh, const float *colors, const struct character *skeleton,
-                         struct image *image)
+static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh, const float *colors,
+                         const struct character *skeleton, struct image *image)
 {
     static const float upwards[3] = {0.0f, 1.0f, 0.0f};
     const int height = morph->settings.size, width = height * 4 / 5;
@@ -311,8 +314,8 @@ static bool write_rigged(const struct morph *morph, const struct rig_mesh *mesh,
     char path[1200];
     struct places places;
     float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
-    const struct gltf_mesh out = {mesh->positions, mesh->normals, NULL, colors, mesh->influences, mesh->triangles, mesh->vertex_count,
-                                  mesh->triangle_count};
+    const struct gltf_mesh out = {mesh->positions,    mesh->normals,       NULL, colors, mesh->influences, mesh->triangles,
+                                  mesh->vertex_count, mesh->triangle_count};
     bool good = (colors && places_create(body, &places)) || morph_no_memory();
     for (int v = 0; good && v < mesh->vertex_count; ++v) {
         struct place place;
@@ -389,11 +392,13 @@ bool morph_weights(const struct morph *morph)
         free(map);
     }
     if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {
-        printf("%d of %d vertices see their bone; weights sum to 1 within %.1g; from the artist's: mean L1 %.3f\n", mesh.heat.seen,
-               mesh.vertex_count, mesh.heat.sum_error, difference);
+        printf("%d of %d vertices see their bone; weights sum to 1 within %.1g; from the artist's: mean L1 %.3f\n",
+               mesh.heat.seen, mesh.vertex_count, mesh.heat.sum_error, difference);
     }
-    good = good && (!set->common.out || (write_pictures(morph, &mesh, &body, artist.skinned ? &truth : NULL) && write_rigged(morph, &mesh, &body)))
-           && (!set->common.json || write_report(morph, &mesh, &body, seconds, difference, joints));
+    good = good
+        && (!set->common.out
+            || (write_pictures(morph, &mesh, &body, artist.skinned ? &truth : NULL) && write_rigged(morph, &mesh, &body)))
+        && (!set->common.json || write_report(morph, &mesh, &body, seconds, difference, joints));
     morph_rig_free(&mesh);
     places_free(&truth);
     character_free(&body);

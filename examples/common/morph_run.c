@@ -228,7 +228,8 @@ static bool compare_channels(struct morph *morph)
         double sum = 0.0;
         for (int j = 0; j < joints; ++j) {
             sum += (double)carried[j];
-            morph->channel_difference += fabs((double)carried[j] - (double)values[(size_t)i * (size_t)joints + (size_t)j]) / channel.count;
+            morph->channel_difference +=
+                fabs((double)carried[j] - (double)values[(size_t)i * (size_t)joints + (size_t)j]) / channel.count;
         }
         morph->channel_sum_error = fmax(morph->channel_sum_error, fabs(sum - 1.0));
     }
@@ -259,7 +260,7 @@ bool morph_prepare(struct morph *morph)
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_GO_ON && run_create("morph", &desc, &morph->other) == CLI_GO_ON
-           && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source) && add_channels(morph);
+        && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source) && add_channels(morph);
 }
 
 /* ---- skinning: the affine force of eq. 1 ---- */
@@ -378,7 +379,8 @@ static bool contour_steps(struct morph *morph)
 /* ---- what a frame is worth ---- */
 
 /* Mean of |phi| of one context at points of the other, voxels, and the share of points beyond one. */
-static bool mean_distance(const struct morph *morph, springls_context *ctx, const float *world, int count, double *mean, double *far)
+static bool mean_distance(const struct morph *morph, springls_context *ctx, const float *world, int count, double *mean,
+                          double *far)
 {
     float *distance = malloc(((size_t)count + 1) * sizeof *distance);
     bool good = distance || morph_no_memory();
@@ -440,8 +442,9 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
         springls_to_world(morph->ctx, world, particles.count, world);
     }
     good = good && mean_distance(morph, morph->other, world, particles.count, &frame->distance, &frame->far)
-           && mean_distance(morph, morph->ctx, morph->target_mesh.positions, morph->target_mesh.vertex_count, &frame->missing, &frame->far)
-           && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && look_up(morph, frame);
+        && mean_distance(morph, morph->ctx, morph->target_mesh.positions, morph->target_mesh.vertex_count, &frame->missing,
+                         &frame->far)
+        && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && look_up(morph, frame);
     free(world);
     frame->specks = good ? mesh_drop_specks(frame->mesh.positions, frame->mesh.vertex_count, frame->mesh.triangles,
                                             &frame->mesh.triangle_count, speck) : 0;

@@ -79,7 +79,8 @@ struct body {
 static int compare_bodies(const void *a, const void *b)
 {
     const struct body *e = a, *f = b;
-    return e->voxels != f->voxels ? (e->voxels < f->voxels) - (e->voxels > f->voxels) : (e->label > f->label) - (e->label < f->label);
+    return e->voxels != f->voxels ? (e->voxels < f->voxels) - (e->voxels > f->voxels)
+                                  : (e->label > f->label) - (e->label < f->label);
 }
 
 static bool keep_bodies(struct voxels *v, int parts, struct morph_solid *solid)
@@ -161,8 +162,8 @@ static bool thicken_sheets(struct voxels *v, const struct character *character, 
     return true;
 }
 
-bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken, int parts,
-                      struct morph_solid *solid)
+bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
+                      int parts, struct morph_solid *solid)
 {
     struct voxels v;
     springls_mesh_report report;

@@ -275,7 +275,8 @@ struct bone_ends { /* of one joint and its likes below: three or more points, th
     size_t count;
 };
 
-/* Rotation and scale for two children or more: least squares; a cross of light points keeps what they leave open as it is above. */
+/* Rotation and scale for two children or more: least squares; a cross of light points keeps what they leave open as it is above.
+ * */
 static struct affine fit_fork(struct bone_ends *ends, const struct affine *above)
 {
     struct similarity fit;
@@ -353,7 +354,8 @@ static double skeleton_ratio(const struct character *source, const struct charac
 void skeleton_fit_bones(const struct character *source, const struct character *target, const int *map, struct affine *bones)
 {
     const size_t most = (size_t)source->joint_count + 8;
-    struct bone_ends ends = {malloc(3 * most * sizeof(float)), malloc(3 * most * sizeof(float)), malloc(most * sizeof(double)), 0};
+    struct bone_ends ends = {malloc(3 * most * sizeof(float)), malloc(3 * most * sizeof(float)), malloc(most * sizeof(double)),
+                             0};
     const double ratio = skeleton_ratio(source, target, map);
     for (int i = 0; i < source->joint_count; ++i) {
         const int up = mapped_above(source, map, i), parent = source->joints[i].parent;

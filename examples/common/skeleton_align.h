@@ -5,8 +5,9 @@
 #include "character.h"
 
 /* Which joint of `target` each joint of `source` is, -1 = none: from a file with a pair of names a line ('#' begins a remark),
- * else by equal names (letters and digits, whatever their case), else, when less than half of the smaller skeleton finds its like,
- * by hierarchy: from the bones with most bones below on, children are paired by the directions they lie in. *how: "file", "names", "hierarchy".
+ * else by equal names (letters and digits, whatever their case), else, when less than half of the smaller skeleton finds its
+ * like, by hierarchy: from the bones with most bones below on, children are paired by the directions they lie in. *how: "file",
+ * "names", "hierarchy".
  * Returns the number of pairs; 0: none, `error` says why. */
 int skeleton_map(const struct character *source, const struct character *target, const char *file, int *map, const char **how,
                  char error[CHARACTER_TEXT]);

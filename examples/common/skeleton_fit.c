@@ -110,8 +110,8 @@ static void move_normal(const float d[9], const float normal[3], float moved[3])
     vec3_normalize(moved);
 }
 
-static bool lay_on(const struct character *donor, const float *positions, int vertex_count, const int *triangles, int triangle_count,
-                   struct fit *f, double *distance)
+static bool lay_on(const struct character *donor, const float *positions, int vertex_count, const int *triangles,
+                   int triangle_count, struct fit *f, double *distance)
 {
     double center[3], size, cost;
     if (!choose_points(donor, f)
@@ -121,7 +121,7 @@ static bool lay_on(const struct character *donor, const float *positions, int ve
     shape_size(f->points, (size_t)f->count, center, &size);
     const struct cast cast = {f->points, f->point_normals, NULL, f->count, 0, size};
     bool good = surface_register(&f->target, &cast, ORIENTATION_KNOWN, NULL, &f->pose, &cost)
-                && warp_create(f->points, f->count, NULL, 0, size, &f->now) && warp_create(f->points, f->count, NULL, 0, size, &f->next);
+        && warp_create(f->points, f->count, NULL, 0, size, &f->now) && warp_create(f->points, f->count, NULL, 0, size, &f->next);
     for (int s = 0; good && s < WARP_STEPS; ++s) {
         for (int i = 0; i < f->count; ++i) {
             float d[9];
@@ -233,8 +233,8 @@ static bool place_joints(const struct character *donor, const struct fit *f, str
     return good;
 }
 
-bool skeleton_fit(const struct character *donor, const float *positions, int vertex_count, const int *triangles, int triangle_count,
-                  struct character *body, double *distance)
+bool skeleton_fit(const struct character *donor, const float *positions, int vertex_count, const int *triangles,
+                  int triangle_count, struct character *body, double *distance)
 {
     struct fit f;
     memset(&f, 0, sizeof f);
