@@ -235,10 +235,11 @@
      evolve, rebuild      omega, eq. 23, every sweep
      unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
 
-   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells, bricks are added
-   and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed; resample, keep_edges and
-   volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits where a part wants a number back.
-   springls_chunks: the zero level in bricks, and which have changed. springls_snapshot, springls_restore: back, and on again to the bit.
+   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells,
+   bricks are added and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed;
+   resample, keep_edges and volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits
+   where a part wants a number back. springls_chunks: the zero level in bricks, and which have changed. springls_snapshot,
+   springls_restore: back, and on again to the bit.
 
 
    ERRORS
