@@ -32,7 +32,7 @@ static int read_command_line(struct settings *set, int argc, char **argv)
         {"height", CLI_INT, &set->height, "N", "of the window", 64, 8192, NULL},
         {"script", CLI_STRING, &set->script, "FILE", "events in the place of a hand (see docs/viewer.md)", 0, 0, NULL},
         {"screenshot", CLI_STRING, &set->screenshot, "FILE", "write a picture (PNG), after the script, and end", 0, 0, NULL},
-        {"bench", CLI_FLAG, &set->bench, NULL, "frame times of the tool push as JSON (--json: where to), and end", 0, 0, NULL},
+        {"bench", CLI_FLAG, &set->bench, NULL, "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
         {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional mesh[] = {{"MESH", &set->mesh, "PLY, OBJ, STL, OFF or glTF; without it a ball", false}};
@@ -86,7 +86,6 @@ int main(int argc, char **argv)
     struct settings set = {.common = cli_common_defaults(), .save = "viewer.ply", .width = 960, .height = 720};
     springls_params params;
     springls_desc desc;
-    set.common.grid = 96;
     int status = read_command_line(&set, argc, argv);
     if (status == CLI_GO_ON) {
         status = run_options("viewer", &set.common, set.set, &params);
@@ -95,7 +94,7 @@ int main(int argc, char **argv)
         return status;
     }
     memset(&desc, 0, sizeof desc);
-    desc.grid.size[0] = set.common.grid > 0 ? set.common.grid : 96;
+    desc.grid.size[0] = set.common.grid > 0 || set.bench ? set.common.grid : 96;
     desc.params = &params;
     desc.backend = run_backend("viewer", &set.common);
     status = set.bench ? viewer_bench(&desc, set.common.json, run_backend_name(desc.backend), run_threads()) : run(&set, &desc);

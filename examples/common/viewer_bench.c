@@ -85,6 +85,7 @@ static bool one_grid(struct json_writer *json, const springls_desc *desc, struct
 int viewer_bench(const springls_desc *desc, const char *path, const char *backend, int threads)
 {
     static const int grids[] = {64, 96, 128, 192};
+    const int asked = desc->grid.size[0];
     struct viewer_app app = {.width = WIDTH, .height = HEIGHT};
     struct viewer_window window;
     struct json_writer json;
@@ -103,6 +104,10 @@ int viewer_bench(const springls_desc *desc, const char *path, const char *backen
     for (size_t g = 0; good && g < sizeof grids / sizeof *grids; ++g) {
         springls_desc sized = *desc;
         sized.grid.size[0] = grids[g];
+        if (asked > 0) {
+            sized.grid.size[0] = asked;
+            g = sizeof grids / sizeof *grids;
+        }
         good = one_grid(&json, &sized, &app, drawn ? &window : NULL);
     }
     json_array_end(&json);

@@ -56,8 +56,8 @@ static const char *const viewer_surface_fragment[] = {
     "  if (plain) lit = base;\n",
     "  if (edges) {\n",
     "    vec3 near = smoothstep(vec3(0), 0.9 * fwidth(corner), corner);\n",
-    "    if (inside) lit = vec3(0.80, 0.78, 0.75);\n", /* the far side, through the gaps of the near one */
-    "    else lit *= mix(0.5, 1.0, min(near.x, min(near.y, near.z)));\n",
+    "    if (inside) discard;\n", /* the far side: through the gaps of the near one it would only confuse */
+    "    lit *= mix(0.5, 1.0, min(near.x, min(near.y, near.z)));\n",
     "  }\n",
     "  if (brush.w > 0.0) {\n",
     "    float r = length(place - brush.xyz) / brush.w, width = 1.5 * fwidth(r), q = max(0.0, 1.0 - r * r);\n",
