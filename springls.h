@@ -10032,6 +10032,14 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     memset(surface, 0, sizeof *surface);
 }
 
+/* No triangles: keeps memory. */
+SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
+{
+    surface->count = surface->given = surface->node_count = 0;
+    surface->dipoles = NULL;
+    surface->source = NULL;
+}
+
 SPRINGLS__FN int springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
 {
     if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
@@ -10147,9 +10155,7 @@ SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
 {
     size_t n = count > 0 ? (size_t)count : 1;
-    surface->count = surface->given = surface->node_count = 0;
-    surface->dipoles = NULL;
-    surface->source = NULL;
+    springls__surface_forget(surface);
     return springls__surface_room(ctx, surface, n, 0);
 }
 
@@ -10705,6 +10711,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
+    springls__surface_forget(&ctx->original);
     springls__constellation_changed(ctx);
 }
 
@@ -14485,12 +14492,15 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 /* Why the numbers cannot be those of a model of this context; NULL: they can. */
 SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
 {
+    const int far = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0) return "damaged";
-    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0 || s->original > INT32_MAX / 3 || s->given < s->original) return "damaged";
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
+    if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far || s->neighbors_age > far) return "damaged";
+    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0) return "damaged";
+    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
     if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
@@ -14630,9 +14640,7 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
-    original->count = original->node_count = 0;
-    original->dipoles = NULL;
-    original->source = NULL;
+    springls__surface_forget(original);
     if (s->original == 0) return;
     memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL], (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
     springls__surface_finish(ctx, original, s->original);
@@ -19681,7 +19689,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19685 \"springls.h\"\n",
+    "#line 19693 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20099,7 +20107,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20103 \"springls.h\"\n",
+    "#line 20111 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20298,7 +20306,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20302 \"springls.h\"\n",
+    "#line 20310 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
