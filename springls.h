@@ -13804,7 +13804,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
 
 /* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
-typedef struct springls__crew { uint64_t ids; springls__v3 sum; int count; } springls__crew;
+typedef struct springls__crew { uint64_t ids; springls__v3 places, origins; int count; } springls__crew; /* sums of p and a */
 
 struct springls_chunks {
     springls_chunks_desc desc;
@@ -13872,6 +13872,22 @@ SPRINGLS__FN uint32_t springls__touches(int v)
     return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
+/* May the zero level pass between voxel v of a brick and one of the six around it, whose shown value is within the tolerance of now? */
+SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[3], const float *brick, int v, float tolerance)
+{
+    int axis, way;
+    for (axis = 0; axis < 3; axis++)
+        for (way = -1; way <= 1; way += 2) {
+            int at[3] = { v & 7, v >> 3 & 7, v >> 6 };
+            float beside;
+            at[axis] += way;
+            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) beside = brick[v + way * (1 << 3 * axis)];
+            else beside = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
+            if (brick[v] < 0.0f ? beside >= -tolerance : beside <= tolerance) return true;
+        }
+    return false;
+}
+
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
 /* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
@@ -13883,17 +13899,20 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
     const springls__grid *g = &job->ctx->model.grid;
     const float tolerance = c->desc.tolerance, deep = 1.5f;
     const uint32_t own = 1u << 13;
-    int v;
+    int v, origin[3];
     for (; begin < end; begin++) {
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
         float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
         uint32_t touched = 0u;
+        springls__slot_origin(&c->shown, c->shown.top[c->list[begin]], origin);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             float before = shown[v];
             if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
-            /* further from the surface it moves no vertices, and normals hardly */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep) touched |= springls__touches(v);
+            /* further from the surface it moves no vertices, and normals hardly; but phi may be steep there */
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)
+                || springls__may_cross(g, origin, now, v, tolerance))
+                touched |= springls__touches(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
             if (springls__touches(v) == own) shown[v] = now[v];
@@ -13959,13 +13978,16 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
         springls__v3 p = ctx->model.set.s[i].p;
         slot = springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
         crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
-        crew[slot].sum = springls__add(crew[slot].sum, p);
+        crew[slot].places = springls__add(crew[slot].places, p);
+        crew[slot].origins = springls__add(crew[slot].origins, ctx->model.set.a[i]);
         crew[slot].count++;
     }
     for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
         float most = c->desc.tolerance * (float)crew[slot].count;
         if (c->shown.slot_brick[slot] < 0) continue;
-        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most) continue;
+        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
+            && springls__length2(springls__sub(crew[slot].origins, c->crew[slot].origins)) <= most * most)
+            continue;
         c->crew[slot] = crew[slot];
         c->dirty[c->shown.slot_brick[slot]] = 1;
     }
@@ -19689,7 +19711,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19693 \"springls.h\"\n",
+    "#line 19715 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20107,7 +20129,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20111 \"springls.h\"\n",
+    "#line 20133 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20306,7 +20328,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20310 \"springls.h\"\n",
+    "#line 20332 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
