@@ -13174,7 +13174,10 @@ SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const 
 SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both, const springls__surface *other, bool turn)
 {
     const springls__surface *own = &ctx->original;
-    int count = own->count + other->count;
+    int count;
+    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is twice the number of a triangle, or one more */
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
+    count = own->count + other->count;
     SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &both->source_memory, (size_t)springls__imax(count, 1), sizeof(int), 0));
     both->source = (int *)both->source_memory.data;
@@ -13322,11 +13325,13 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
+    springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (springls__finish_step(other) != SPRINGLS_OK || springls__use_host(other, false) != SPRINGLS_OK)
-        return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
+    status = springls__finish_step(other);
+    if (status == SPRINGLS_OK) status = springls__use_host(other, false);
+    if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
 }
@@ -19711,7 +19716,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19715 \"springls.h\"\n",
+    "#line 19720 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20129,7 +20134,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20133 \"springls.h\"\n",
+    "#line 20138 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20328,7 +20333,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20332 \"springls.h\"\n",
+    "#line 20337 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
