@@ -12849,7 +12849,10 @@ SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, 
     const springls__surface *surface = &job->ctx->original;
     int patch[SPRINGLS__PATCH], count = 1, head, k, m, i;
     patch[0] = start;
-    for (k = 0; k < 3; k++) best[k].hit.d2 = FLT_MAX;
+    for (k = 0; k < 3; k++) {
+        best[k].triangle = -1;
+        best[k].hit.d2 = FLT_MAX;
+    }
     for (head = 0; head < count; head++) {
         int inner = job->inner ? job->inner[patch[head]] : patch[head];
         if (inner >= 0) {
@@ -19717,7 +19720,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19721 \"springls.h\"\n",
+    "#line 19724 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20135,7 +20138,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20139 \"springls.h\"\n",
+    "#line 20142 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20334,7 +20337,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20338 \"springls.h\"\n",
+    "#line 20341 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
