@@ -232,7 +232,6 @@
      - At most 8 neighbour edges a vertex (section 4.8 of the paper).
      - float32 in voxel units throughout.
      - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
-     - Snapshots and attribute channels are not there yet.
 
 
    DEVIATIONS of springls_paper_params() from the paper
