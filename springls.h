@@ -13880,7 +13880,7 @@ SPRINGLS__FN uint32_t springls__touches(int v)
     return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
-/* May the zero level pass between voxel v of a brick and one of the six around it, whose shown value is within the tolerance of now? */
+/* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
 SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[3], const float *brick, int v, float tolerance)
 {
     int axis, way;
@@ -13918,8 +13918,8 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
             if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
             /* further from the surface it moves no vertices, and normals hardly; but phi may be steep there */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)
-                || springls__may_cross(g, origin, now, v, tolerance))
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
+                || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
                 touched |= springls__touches(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
@@ -13993,7 +13993,8 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
     for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
         float most = c->desc.tolerance * (float)crew[slot].count;
         if (c->shown.slot_brick[slot] < 0) continue;
-        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
+        if (crew[slot].ids == c->crew[slot].ids
+            && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
             && springls__length2(springls__sub(crew[slot].origins, c->crew[slot].origins)) <= most * most)
             continue;
         c->crew[slot] = crew[slot];
@@ -14528,8 +14529,9 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
-    if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far || s->neighbors_age > far) return "damaged";
-    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0) return "damaged";
+    if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far) return "damaged";
+    if (s->neighbors_age < -1 || s->neighbors_age > far || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
+    if (s->locked < 0 || s->original < 0) return "damaged";
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
     if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
@@ -19719,7 +19721,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19723 \"springls.h\"\n",
+    "#line 19725 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20137,7 +20139,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20141 \"springls.h\"\n",
+    "#line 20143 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20336,7 +20338,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20340 \"springls.h\"\n",
+    "#line 20342 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

@@ -71,7 +71,7 @@ SPRINGLS__FN uint32_t springls__touches(int v)
     return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
-/* May the zero level pass between voxel v of a brick and one of the six around it, whose shown value is within the tolerance of now? */
+/* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
 SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[3], const float *brick, int v, float tolerance)
 {
     int axis, way;
@@ -109,8 +109,8 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
             if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
             /* further from the surface it moves no vertices, and normals hardly; but phi may be steep there */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep || (now[v] < 0.0f) != (before < 0.0f)
-                || springls__may_cross(g, origin, now, v, tolerance))
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
+                || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
                 touched |= springls__touches(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
@@ -184,7 +184,8 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
     for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
         float most = c->desc.tolerance * (float)crew[slot].count;
         if (c->shown.slot_brick[slot] < 0) continue;
-        if (crew[slot].ids == c->crew[slot].ids && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
+        if (crew[slot].ids == c->crew[slot].ids
+            && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
             && springls__length2(springls__sub(crew[slot].origins, c->crew[slot].origins)) <= most * most)
             continue;
         c->crew[slot] = crew[slot];

@@ -317,8 +317,9 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
-    if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far || s->neighbors_age > far) return "damaged";
-    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0) return "damaged";
+    if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far) return "damaged";
+    if (s->neighbors_age < -1 || s->neighbors_age > far || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
+    if (s->locked < 0 || s->original < 0) return "damaged";
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
     if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
