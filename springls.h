@@ -270,6 +270,21 @@
    the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
 
 
+   ATTRIBUTES
+
+   springls_add_attribute gives every springl some floats under a name; they follow through splits, fills and merges by the policies
+   of its springls_attribute_desc: COPY for labels, BLEND for what is continuous, SHARE for amounts. For colours, weights and the
+   like take BLEND, BLEND and, for merge, COPY: of two springls that merge the elder keeps place and correspondence, and so what
+   belongs to them. Blending means values with weights that are not negative and add up to 1, so a range is kept, and sums of
+   channels (bone weights) stay 1; of what curves over the original it takes a little off at each interpolation. What is known on
+   the mesh that was set need not be carried: springls_mesh_materials says where on it the vertices of an extracted mesh lie,
+   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_lookup takes the
+   values from there, which no number of steps wears off. springls_get_confidence says of each springl whether it is original,
+   split or filled, and how old. Attributes cost nothing when there are none, and change nothing about the model. With a backend
+   they live on the host, which at each resampling reads what it needs of the springls.
+   springls_combine, _combine_implicit, _offset, _smooth and _remesh keep attributes as they keep springls.
+
+
    VOLUME LOCK
 
    With volume_lock = 1 every step of SPRINGLS_FLUID and SPRINGLS_ELASTIC ends with each component's volume (of its marching
@@ -299,6 +314,26 @@
    calling thread. Force callbacks then run on several threads at once, with different ranges: they must not write to
    shared state. GCC's OpenMP threads wait in a busy loop, which costs ten times the work where the machine has something
    else to do: set OMP_WAIT_POLICY=passive in the environment.
+
+
+   FRAMES
+
+   springls_step_begin and springls_step_continue are springls_step in pieces, for a budget of time a frame: the same bits
+   however it is cut. A stage is left between its parts, and inside the loops that are its work:
+
+     advect               the forces' batches
+     relax                finding neighbours, every iteration
+     contract             choosing, every round of merging
+     project              the projection, removal of specks, every sweep that re-distances
+     fill_gaps            looking for holes, looking for bare triangles
+     evolve, rebuild      omega, eq. 23, every sweep
+     unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
+
+   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells,
+   bricks are added and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed;
+   resample, keep_edges and volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits
+   where a part wants a number back. springls_chunks: the zero level in bricks, and which have changed. springls_snapshot,
+   springls_restore: back, and on again to the bit.
 
 
    ERRORS
@@ -893,18 +928,20 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one 
 
 /* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
 
-/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
-   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
-   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid
+   (size and place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with
+   other threads, on another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks
+   that have been made. */
 typedef enum springls_snapshot_kind {
     SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
-                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
-                               this context, or one that a block with all has been restored to                 */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference,
+                               combine) to input: smaller and made faster, for undo and rollback. Restores where they are the
+                               same: in this context, or one that a block with all has been restored to         */
 } springls_snapshot_kind;
 
 /* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room,
+                                               size_t *size);
 
 /* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
@@ -953,7 +990,7 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
    chunks meet each has its vertices, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (9 at the grid's lower border) */
     int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
     float *positions;        /* 3 a vertex, world                                                               */
     float *normals;          /* 3 a vertex, unit, outward                                                       */
@@ -963,21 +1000,23 @@ typedef struct springls_chunk {
 } springls_chunk;
 
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
-                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
-                        all chunks change in every step                                                         */
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the
+                        chunks are springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a
+                        step, so then all chunks change in every step                                           */
     bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
 } springls_chunks_desc;
 
 /* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
 typedef struct springls_chunks springls_chunks;
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+                                                    springls_chunks **out);
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
 
 /* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
    all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
    within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed,
+                                                    int *count);
 
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -1014,17 +1053,17 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
 
 /* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
 
-/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They belong to
-   the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them nothing about the
-   model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They
+   belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
+   nothing about the model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
 typedef enum springls_policy {
     SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
-                       one that stays keeps its own. For labels                                                     */
-    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative and add
-                       up to 1, and that are exact, where that is possible, for functions linear in the correspondence. merge: mean
-                       of the two, weighted by area. For what is continuous                                         */
-    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if there is
-                       one within 2.5 voxels. For amounts, whose sum is to last                                     */
+                       one that stays keeps its own. For labels                                                           */
+    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
+                       and add up to 1, and that are exact, where that is possible, for functions linear in the
+                       correspondence. merge: mean of the two, weighted by area. For what is continuous                   */
+    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
+                       there is one within 2.5 voxels. For amounts, whose sum is to last                                  */
 } springls_policy;
 
 #define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
@@ -1038,8 +1077,8 @@ typedef struct springls_attribute_desc {
 } springls_attribute_desc;
 
 /* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
-SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values,
-                                                    int *index);
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc,
+                                                    const float *values, int *index);
 /* Those behind it have numbers smaller by one then. */
 SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
 SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
@@ -1049,8 +1088,8 @@ SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char
 SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
 SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
 
-/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels` floats a
-   vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels`
+   floats a vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
 
 /* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
@@ -1069,17 +1108,19 @@ SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, spri
 
 /* ---- >>material: places on the original surface ---------------------------------------------------------------- */
 
-/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and ask for
-   the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls; -1: none. */
+/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and
+   ask for the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls;
+   -1: none. */
 typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
 
 SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
 /* One a vertex of an extracted mesh. */
 SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
 
-/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one side of
-   every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a seam
-   (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before it. */
+/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one
+   side of every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a
+   seam (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before
+   it. */
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out);
 
@@ -1090,40 +1131,43 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
                                                  int *neighbors);
 
 /* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
-   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the arrays. */
+   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the
+   arrays. */
 SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
                                              const int *triangles, int triangle_count, float *out);
 
-/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
+/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial
+   springls. */
 SPRINGLS_API int springls_material_count(const springls_context *ctx);
 
 /* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
 
 typedef enum springls_operation { SPRINGLS_UNION, SPRINGLS_INTERSECTION, SPRINGLS_DIFFERENCE } springls_operation;
 
-/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width. Springls of both
-   stay where they bound the result, the other's turned round in a difference; what reaches over the seam is drawn in, the seam is
-   closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of one here are taken over; where it
-   has none of that name its springls get zeros. The original surface becomes both originals together: material triangles of the other
-   are numbered from this one's springls_material_count (before the call) on.
-   The other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out the
-   model is empty. */
+/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width.
+   Springls of both stay where they bound the result, the other's turned round in a difference; what reaches over the seam is
+   drawn in, the seam is closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of
+   one here are taken over; where it has none of that name its springls get zeros. The original surface becomes both originals
+   together: material triangles of the other are numbered from this one's springls_material_count (before the call) on. The
+   other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out
+   the model is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* With an implicit function in the place of the other, asked as by springls_set_implicit. */
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn,
-                                                       void *user);
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+                                                       springls_implicit_fn fn, void *user);
 
-/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that distance
-   of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the model is empty. */
+/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that
+   distance of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the
+   model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
 /* Motion by mean curvature for as long as a ball of radius `length` (world units) lasts: what is smaller goes, sharp edges become
    round. keep_volume: each component keeps its volume (see VOLUME LOCK in the manual). */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
-/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count is
-   steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
+/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count
+   is steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */
@@ -3817,7 +3861,9 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, spring
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,
+                                                                                 springls__springl_tri(model->set.s[i])) ? 1u
+                                                                                     : 0u;
 }
 
 /* To SCRATCH2: the halves of the first job.i[0] of them. */
@@ -3845,7 +3891,8 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
     model->set.was[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
+    model->set.birth[i] = springls__birth_of(model,
+                                             (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
@@ -4910,7 +4957,8 @@ SPRINGLS__MATHS uint8_t springls__seed_fate(const springls__model *model, int i)
     uint8_t decided = SPRINGLS__KEEP;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        if (other >= i || fate[other] == SPRINGLS__REMOVE || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+        if (other >= i || fate[other] == SPRINGLS__REMOVE
+            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
         if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -4928,7 +4976,8 @@ SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model,
 SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =
+        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
 /* The first job.i[0] accepted seeds become springls. */
@@ -6234,7 +6283,11 @@ struct springls_backend {
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 
 /* A run of a kernel here. */
-typedef struct springls__range_job { const springls_context *ctx; const struct springls__kernel_facts *kernel; springls__job job; } springls__range_job;
+typedef struct springls__range_job {
+    const springls_context *ctx;
+    const struct springls__kernel_facts *kernel;
+    springls__job job;
+} springls__range_job;
 
 /* A loop that is run in pieces; pace: seconds that an element of the last one took. */
 typedef struct springls__pieces {
@@ -10140,7 +10193,8 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
     size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
-    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 3 * keep * sizeof(springls__v3));
+    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3),
+                                                   3 * keep * sizeof(springls__v3));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
     surface->points = (springls__v3 *)surface->points_memory.data;
@@ -12129,10 +12183,10 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 }
 
 /* ======== >>attributes  (src/attributes.h) ===================================================================== */
-/* attributes.h - what springls carry besides themselves. The springls change as they would without; at the end of a stage that has
-   added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the fate that
-   contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a function of the
-   correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+/* attributes.h - what springls carry besides themselves. The springls change as they would without; at the end of a stage that
+   has added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the
+   fate that contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a
+   function of the correspondence, on the same side of the surface. All that can fail is done before anything changes. */
 
 SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute, int i)
 {
@@ -12141,7 +12195,8 @@ SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute
 
 SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
 {
-    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), (size_t)attribute->channels * sizeof(float));
+    size_t bytes = (size_t)attribute->channels * sizeof(float);
+    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), bytes);
 }
 
 SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
@@ -12160,7 +12215,10 @@ SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int
 enum { SPRINGLS__DONORS = 24 };
 
 /* index[0] has the nearest correspondence. */
-typedef struct springls__donors { int index[SPRINGLS__DONORS], count; float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; } springls__donors;
+typedef struct springls__donors {
+    int index[SPRINGLS__DONORS], count;
+    float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; /* squared distance of correspondences */
+} springls__donors;
 
 typedef struct springls__donor_search {
     const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
@@ -12171,7 +12229,8 @@ typedef struct springls__donor_search {
 SPRINGLS__FN void springls__donors_add(springls__donors *donors, int index, float d2)
 {
     int i, last = donors->count - 1;
-    if (donors->count == SPRINGLS__DONORS && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
+    if (donors->count == SPRINGLS__DONORS
+        && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
     i = donors->count < SPRINGLS__DONORS ? donors->count++ : last;
     for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
         donors->d2[i] = donors->d2[i - 1];
@@ -12222,12 +12281,13 @@ SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *dono
     return plane;
 }
 
-/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a, exact for
-   linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted again; where that does
-   not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of values, and stays within their range. */
+/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a,
+   exact for linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted
+   again; where that does not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of
+   values, and stays within their range. */
 SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springls__v3 *places, springls__v3 a)
 {
-    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0;
+    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0, below, lowest = 0.0;
     float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
     springls__plane plane;
     int i, k, left = donors->count, worst;
@@ -12244,7 +12304,10 @@ SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springl
             lean[i] = 0.0;
             for (k = 0; k < 3; k++) lean[i] += plane.weight * (r[i][k] - plane.mean[k]) * plane.slope[k];
             if (donors->weight[i] == 0.0f || lean[i] <= 1.0) continue;
-            if (worst < 0 || (double)donors->weight[i] * (lean[i] - 1.0) > (double)donors->weight[worst] * (lean[worst] - 1.0)) worst = i;
+            below = (double)donors->weight[i] * (lean[i] - 1.0);
+            if (worst >= 0 && below <= lowest) continue;
+            lowest = below;
+            worst = i;
         }
         if (worst >= 0 && left > 3) donors->weight[worst] = 0.0f;
     } while (worst >= 0 && left-- > 3);
@@ -12253,9 +12316,10 @@ SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springl
     for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)((1.0 - limit * lean[i]) / plane.weight);
 }
 
-/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there are none
-   on this side, the nearest of all. */
-SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n, springls__v3 a, float reach)
+/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there
+   are none on this side, the nearest of all. */
+SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n,
+                                                  springls__v3 a, float reach)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
     const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
@@ -12313,11 +12377,13 @@ SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, c
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
     for (i = 0; i < donors->count; i++)
-        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
+        for (c = 0; c < attribute->channels; c++)
+            out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
 }
 
 /* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
-SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend, float *out)
+SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend,
+                                         float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (donors->count == 0) memset(out, 0, bytes);
@@ -12362,7 +12428,12 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
 }
 
 /* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
-typedef struct springls__inherit_job { springls_context *ctx; springls__donor_search search; int blended; float *values; } springls__inherit_job;
+typedef struct springls__inherit_job {
+    springls_context *ctx;
+    springls__donor_search search;
+    int blended; /* channels */
+    float *values;
+} springls__inherit_job;
 
 SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
 {
@@ -12411,9 +12482,11 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
 SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
 {
     springls__inherit_job job;
+    springls_status status;
     int added = ctx->model.set.count - known;
     if (!ctx->attribute_count) return;
-    if (springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(PARENT), 0) != SPRINGLS_OK) return;
+    status = springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(PARENT), 0);
+    if (status != SPRINGLS_OK) return;
     job.ctx = ctx;
     job.search.ctx = ctx;
     job.search.a = (const springls__v3 *)ctx->attribute_memory[SPRINGLS__OLD_PLACES].data;
@@ -12499,7 +12572,11 @@ SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const
     return heir;
 }
 
-typedef struct springls__heirs_job { const springls_context *ctx; const uint8_t *fate; springls__heir *heirs; } springls__heirs_job;
+typedef struct springls__heirs_job {
+    const springls_context *ctx;
+    const uint8_t *fate;
+    springls__heir *heirs;
+} springls__heirs_job;
 
 SPRINGLS__FN void springls__heirs_task(void *arg, int begin, int end)
 {
@@ -12538,11 +12615,12 @@ SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int 
 {
     float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
     int c;
-    for (c = 0; c < attribute->channels; c++) to[c] = attribute->merge == SPRINGLS_SHARE ? to[c] + from[c] : to[c] + share * (from[c] - to[c]);
+    for (c = 0; c < attribute->channels; c++)
+        to[c] += attribute->merge == SPRINGLS_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but leaves
-   its share. */
+/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
+   leaves its share. */
 SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 {
     springls__heir *heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
@@ -12553,7 +12631,8 @@ SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
         if (!heir) continue;
         for (k = 0; k < ctx->attribute_count; k++)
             if (ctx->attributes[k].merge != SPRINGLS_COPY)
-                springls__merge_row(&ctx->attributes[k], heirs[i].index, i, merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
+                springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
+                                    merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
         if (merged) heir->area += heirs[i].area;
     }
 }
@@ -12589,11 +12668,13 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
     const char *call = "add_attribute";
     size_t length = desc && desc->name ? strlen(desc->name) : 0;
     if (length == 0 || length > SPRINGLS_MAX_NAME)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call, SPRINGLS_MAX_NAME);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
+                              SPRINGLS_MAX_NAME);
     if (springls_find_attribute(ctx, desc->name) >= 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
     if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels, SPRINGLS_MAX_CHANNELS);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels,
+                              SPRINGLS_MAX_CHANNELS);
     if (!springls__policy_known(desc->split) || !springls__policy_known(desc->fill) || !springls__policy_known(desc->merge))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: an unknown policy", call);
     if (ctx->attribute_count == SPRINGLS_MAX_ATTRIBUTES)
@@ -12617,7 +12698,8 @@ SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values, int *index)
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc,
+                                                    const float *values, int *index)
 {
     springls__attribute *attribute;
     if (index) *index = -1;
@@ -12684,7 +12766,8 @@ SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int i
     SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "set_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));
+    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels,
+                                          "set_attribute"));
     springls__attribute_fill(ctx, attribute, values);
     return SPRINGLS_OK;
 }
@@ -12728,7 +12811,8 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     job.attribute = springls__attribute_at(ctx, index, "mesh_attribute");
     if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
-    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
+    if (!mesh || (mesh->vertex_count > 0 && !out))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     job.search.ctx = ctx;
@@ -12757,8 +12841,8 @@ SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, spri
 }
 
 /* ======== >>material  (src/material.h) ========================================================================= */
-/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of them
-   does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of
+   them does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
 
 /* The place on the original that is closest to a, as numbered in the mesh given. */
 SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
@@ -12782,7 +12866,8 @@ SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end
     const springls__material_job *job = (const springls__material_job *)arg;
     int guess = -1;
     for (; begin < end; begin++) {
-        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX, guess);
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX,
+                                                                 guess);
         job->out[begin] = springls__material_of(job->ctx, &h);
         guess = h.triangle;
     }
@@ -12798,7 +12883,8 @@ SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)
     const springls__material_job *job = (const springls__material_job *)arg;
     int guess = -1;
     for (; begin < end; begin++) {
-        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin), FLT_MAX, guess);
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin),
+                                                                 FLT_MAX, guess);
         job->out[begin] = springls__material_of(job->ctx, &h);
         guess = h.triangle;
     }
@@ -12817,9 +12903,11 @@ SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, s
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out, const char *call)
+SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out,
+                                                  const char *call)
 {
-    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
+    if (!mesh || (mesh->vertex_count > 0 && !out))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
     return SPRINGLS_OK;
 }
 
@@ -12840,8 +12928,8 @@ SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, cons
 
 enum { SPRINGLS__PATCH = 256 };
 
-/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through triangles
-   within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
+/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through
+   triangles within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
 SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, int start, springls__v3 x, float r,
                                              const springls__v3 points[3], springls__surface_hit best[3])
 {
@@ -12882,7 +12970,8 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
         springls__v3 points[3], x;
         springls_material start;
         float r = 0.0f;
-        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
+        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job,
+                                                                          job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
         x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
         center = springls__surface_closest(surface, x, FLT_MAX);
         start = springls__material_of(job->ctx, &center);
@@ -12899,7 +12988,8 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
 
 SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
 
-SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors, springls_material *out)
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
+                                                       springls_material *out)
 {
     springls__material_job job;
     int i, given;
@@ -12909,7 +12999,8 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     given = springls_material_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3, neighbors[i], given);
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
+                                  neighbors[i], given);
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
         int *inner;
@@ -12945,7 +13036,8 @@ SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, i
     int c;
     if (p[0] != q[0] || p[1] != q[1] || p[2] != q[2]) return false;
     for (c = 0; c < s->channels; c++)
-        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels + (size_t)c]) return false;
+        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels
+            + (size_t)c]) return false;
     return true;
 }
 
@@ -12967,7 +13059,8 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (slot = 0; slot < size; slot++) table[slot] = -1;
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
-        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f), springls__float_bits(p[2] + 0.0f)) & (size - 1);
+        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
+                                   springls__float_bits(p[2] + 0.0f)) & (size - 1);
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
         s->first[i] = table[slot];
@@ -13006,13 +13099,15 @@ SPRINGLS__FN springls_status springls__find_seams(springls_context *ctx, springl
 }
 
 SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
-                                                 const int *triangles, int triangle_count, const float *values, int channels, int *neighbors)
+                                                 const int *triangles, int triangle_count, const float *values, int channels,
+                                                     int *neighbors)
 {
     springls__seam_search search;
     springls_status status;
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS || (channels > 0 && !values)
+    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS
+        || (channels > 0 && !values)
         || (triangle_count > 0 && (!positions || !triangles || !neighbors)))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a NULL array, or a count out of range");
     if (stride == 0) stride = 3 * sizeof(float);
@@ -13020,7 +13115,8 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
     for (i = 0; i < 3 * triangle_count; i++)
         if (triangles[i] < 0 || triangles[i] >= position_count)
-            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i], position_count);
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i],
+                                  position_count);
     if (triangle_count == 0) return SPRINGLS_OK;
     memset(&search, 0, sizeof search);
     search.positions = positions;
@@ -13039,7 +13135,8 @@ SPRINGLS_API springls_status springls_lookup(const springls_material *places, in
                                              const int *triangles, int triangle_count, float *out)
 {
     int i, k, c;
-    if (count < 0 || channels < 1 || triangle_count < 0 || (count > 0 && (!places || !values || !out))) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0 || channels < 1 || triangle_count < 0
+        || (count > 0 && (!places || !values || !out))) return SPRINGLS_INVALID_ARGUMENT;
     for (i = 0; i < count; i++)
         if (places[i].triangle < -1 || places[i].triangle >= triangle_count) return SPRINGLS_INVALID_ARGUMENT;
     for (i = 0; i < count; i++, out += channels) {
@@ -13054,9 +13151,9 @@ SPRINGLS_API springls_status springls_lookup(const springls_material *places, in
 }
 
 /* ======== >>combine  (src/combine.h) =========================================================================== */
-/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie: those
-   that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls tell it exactly
-   (project, keep_edges). */
+/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie:
+   those that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls
+   tell it exactly (project, keep_edges). */
 
 /* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
 typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
@@ -13130,8 +13227,8 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
     ctx->omega_fresh = false;
 }
 
-/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals cross, within
-   a voxel, it is less exact. */
+/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals
+   cross, within a voxel, it is less exact. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
@@ -13164,7 +13261,8 @@ SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx,
 
 /* ---- original surfaces ---- */
 
-SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before, bool turn)
+SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
+                                           bool turn)
 {
     int i, k;
     for (i = 0; i < from->count; i++) {
@@ -13173,7 +13271,8 @@ SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const 
     }
 }
 
-SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both, const springls__surface *other, bool turn)
+SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both,
+                                                     const springls__surface *other, bool turn)
 {
     const springls__surface *own = &ctx->original;
     int count;
@@ -13221,7 +13320,8 @@ SPRINGLS__FN springls_status springls__who_stays(springls_context *ctx, const sp
 }
 
 /* Springl j of the other, behind all that are here. */
-SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_context *other, int j, const springls__side_rule *rule, bool turn)
+SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_context *other, int j,
+                                         const springls__side_rule *rule, bool turn)
 {
     const springls__constellation *set = &other->model.set;
     springls__springl s = springls__draw_in(rule, set->s[j]);
@@ -13246,7 +13346,8 @@ SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_c
     }
 }
 
-SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation, springls_context *other)
+SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
+                                                        springls_context *other)
 {
     const bool turn = operation == SPRINGLS_DIFFERENCE;
     springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
@@ -13264,7 +13365,8 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__draw_in(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
-        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP) springls__take_springl(ctx, other, i, &its_rule, turn);
+        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP)
+            springls__take_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;
     springls__constellation_changed(ctx);
@@ -13303,6 +13405,7 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
@@ -13310,18 +13413,21 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
     return springls__settle_down(ctx, true);
 }
 
-SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation, const springls_context *other)
+SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
+                                                      const springls_context *other)
 {
     if (operation != SPRINGLS_UNION && operation != SPRINGLS_INTERSECTION && operation != SPRINGLS_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
-    if (!other || other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
+    if (!other || other == ctx)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
         || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");
     if (ctx->model.params.band_half_width != other->model.params.band_half_width)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has another band_half_width");
     if (ctx->model.set.count == 0 || other->model.set.count == 0)
-        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: %s model has no springls", ctx->model.set.count ? "the other" : "this");
+        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: %s model has no springls",
+                              ctx->model.set.count ? "the other" : "this");
     return SPRINGLS_OK;
 }
 
@@ -13338,7 +13444,8 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
 }
 
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn, void *user)
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+                                                       springls_implicit_fn fn, void *user)
 {
     springls_context *other;
     springls_desc desc;
@@ -13349,7 +13456,8 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;
-    if (springls_create(&desc, &other) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
+    if (springls_create(&desc, &other) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
     status = springls_set_implicit(other, fn, user);
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
     else springls__fail(ctx, status, "combine_implicit: %.200s", other->error);
@@ -13511,9 +13619,10 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 
 /* ---- offset ---- */
 
-/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners off; less
-   the offset. All in voxels. */
-typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level, edges; float offset; } springls__parallel_surface;
+/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners
+   off; less the offset. All in voxels. */
+typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level,
+                                            edges; float offset; } springls__parallel_surface;
 
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
@@ -13539,8 +13648,8 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
     return springls__surface_finish(ctx, surface, count);
 }
 
-/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved parts would
-   lie inside by twice as much in either direction. */
+/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved
+   parts would lie inside by twice as much in either direction. */
 SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
 {
     static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3..5: the middle between corner k - 3 and the next */
@@ -13654,7 +13763,8 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     memset(&job, 0, sizeof job);
     job.offset = distance / ctx->smallest_spacing;
-    if (!(springls__fabs(job.offset) < 1e4f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
+    if (!(springls__fabs(job.offset) < 1e4f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__finish_step(ctx));
@@ -13841,7 +13951,8 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
     size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float), used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
+                                        used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
     c->shown.slot_brick = (int *)c->slot_brick.data;
     c->shown.free_slots = (int *)c->free_slots.data;
@@ -13872,8 +13983,8 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
 
 /* ---- what has changed ---- */
 
-/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its normal
-   on voxels one further. Bits as in springls__reach_of_row. */
+/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
+   normal on voxels one further. Bits as in springls__reach_of_row. */
 SPRINGLS__FN uint32_t springls__touches(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
@@ -13969,7 +14080,8 @@ SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
     int origin[3], at[3], d;
     springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
     for (d = 0; d < 27 && c->touched[i]; d++)
-        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at)) c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at))
+            c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
 }
 
 /* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
@@ -13984,7 +14096,9 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
     memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
-        slot = springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
+        slot =
+            springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]),
+                              springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
         crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
         crew[slot].places = springls__add(crew[slot].places, p);
         crew[slot].origins = springls__add(crew[slot].origins, ctx->model.set.a[i]);
@@ -14121,7 +14235,8 @@ SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])]) c->chunk[n++] = c->chunk[i];
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])])
+            c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
@@ -14171,14 +14286,17 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
 
 /* ---- the calls ---- */
 
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out)
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+                                                    springls_chunks **out)
 {
     springls_chunks *c;
     springls_status status;
     if (out) *out = NULL;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+        return springls__fail(
+            ctx, SPRINGLS_INVALID_ARGUMENT,
+            "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
     c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
@@ -14195,13 +14313,15 @@ SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks
     if (ctx && chunks) springls__chunks_free(ctx, chunks);
 }
 
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count)
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
+                                                    const springls_chunk **changed, int *count)
 {
     springls_status status;
     if (changed) *changed = NULL;
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!chunks || !changed || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+    if (!chunks || !changed || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
     SPRINGLS__TRY(springls__finish_step(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
@@ -14211,9 +14331,9 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 
 /* ======== >>snapshot  (src/snapshot.h) ========================================================================= */
 /* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
-   (SPRINGLS__SECTIONS). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of bricks
-   are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory there,
-   before the model changes. */
+   (springls__section). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of
+   bricks are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory
+   there, before the model changes. */
 
 typedef struct springls__snapshot_head {
     char magic[8];
@@ -14224,7 +14344,10 @@ typedef struct springls__snapshot_head {
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
-typedef struct springls__attribute_entry { char name[SPRINGLS_MAX_NAME + 1]; int32_t channels, split, fill, merge; } springls__attribute_entry;
+typedef struct springls__attribute_entry {
+    char name[SPRINGLS_MAX_NAME + 1];
+    int32_t channels, split, fill, merge;
+} springls__attribute_entry;
 
 typedef struct springls__snapshot_state {
     double to_world[12], time;
@@ -14267,7 +14390,8 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
     int a = section - SPRINGLS__SECTION_VALUES;
     if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
-    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES) return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
+        return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
     switch (section) {
     case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
@@ -14340,7 +14464,9 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
         if (side == SPRINGLS__OUTSIDE) continue;
         stamp = springls__checksum(stamp, &i, sizeof i);
         stamp = springls__checksum(stamp, &side, sizeof side);
-        if (side >= SPRINGLS__FIRST_SLOT) stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof(float));
+        if (side >= SPRINGLS__FIRST_SLOT)
+            stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
+                                       SPRINGLS__BRICK_VOXELS * sizeof(float));
     }
     stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
     if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
@@ -14395,7 +14521,9 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) {
-        if (g->top[i] == SPRINGLS__INSIDE) out[layout->at[sides] + (uint64_t)(i >> 3)] = (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] == SPRINGLS__INSIDE)
+            out[layout->at[sides] + (uint64_t)(i >> 3)] =
+                (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         memcpy(numbers, &i, sizeof i);
         memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
@@ -14404,7 +14532,8 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     }
 }
 
-SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, char *out)
+SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, char *out)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__snapshot_head head;
@@ -14415,18 +14544,23 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     }
     memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
     memcpy(out + sizeof head, s, sizeof *s);
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors, springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
+        springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
     springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
     for (i = 0; i < s->attributes; i++)
-        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data, springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
     if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
         memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points, springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source, springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
     }
     memset(&head, 0, sizeof head);
     memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
@@ -14437,7 +14571,8 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     memcpy(out, &head, sizeof head);
 }
 
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size)
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
+                                               size_t room, size_t *size)
 {
     springls__snapshot_state state;
     springls__layout layout;
@@ -14452,7 +14587,9 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     *size = (size_t)layout.at[SPRINGLS__SECTIONS];
     if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
-    if (room < *size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu", (unsigned long)*size, (unsigned long)room);
+    if (room < *size)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu",
+                              (unsigned long)*size, (unsigned long)room);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
 }
@@ -14514,10 +14651,12 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 {
     const springls__attribute_entry *a = &s->attribute[row];
     int i;
-    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS) return false;
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
+        return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
-    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill) && springls__policy_known((springls_policy)a->merge);
+    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill)
+        && springls__policy_known((springls_policy)a->merge);
 }
 
 /* Why the numbers cannot be those of a model of this context; NULL: they can. */
@@ -14526,7 +14665,9 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     const int far = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
-    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
+    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
+        || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
+        return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
     if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far) return "damaged";
@@ -14537,11 +14678,13 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx)) return "of another original surface, which it leaves out";
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
+        return "of another original surface, which it leaves out";
     return NULL;
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
+                                        const springls__layout *layout, const char *block)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
@@ -14555,10 +14698,19 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
             if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
             if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
         } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
-        else if (i == SPRINGLS__SECTION_BRICKS) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_SOURCE) good = good && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
-        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES && i != SPRINGLS__SECTION_LOCKED) good = good && springls__all_finite(data, bytes);
+        else if (i == SPRINGLS__SECTION_BRICKS)
+            good =
+                good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes)
+            good = good
+                && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks,
+                                         springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_SOURCE)
+            good = good
+                && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
+                 && i != SPRINGLS__SECTION_LOCKED)
+            good = good && springls__all_finite(data, bytes);
     }
     for (i = 0; i < s->locked; i++) {
         double volume;
@@ -14569,7 +14721,8 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
 }
 
 /* The numbers and the layout of a block that is good; else one sentence about why it is not. */
-SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size, springls__snapshot_state *s, springls__layout *layout)
+SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
+                                                     springls__snapshot_state *s, springls__layout *layout)
 {
     springls__snapshot_head head;
     const char *fault = NULL;
@@ -14577,13 +14730,15 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
     memcpy(&head, block, sizeof head);
     memcpy(s, block + sizeof head, sizeof *s);
     if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
-    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER) fault = "of another version or machine";
+    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER)
+        fault = "of another version or machine";
     else if (head.size != size) fault = "not as long as it says";
     else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
     else fault = springls__numbers_fault(ctx, s);
     if (!fault) {
         *layout = springls__layout_of(&ctx->model.grid, s);
-        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block)) fault = "damaged";
+        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block))
+            fault = "damaged";
     }
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
@@ -14598,17 +14753,23 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     int i;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
     if (s->has_neighbors)
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1, ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
+                                     ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double), (size_t)ctx->locked_count * sizeof(double)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double),
+                                        (size_t)ctx->locked_count * sizeof(double)));
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
-        size_t used = i < ctx->attribute_count ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float) : 0;
+        size_t used = i < ctx->attribute_count
+            ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float)
+            : 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks), (size_t)ctx->model.reference.slot_count));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
+                                 (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
+                                 (size_t)ctx->model.reference.slot_count));
     SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
@@ -14621,7 +14782,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
-    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2], (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+           (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
 }
@@ -14642,14 +14804,19 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
     g->active_count = count;
 }
 
-SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     const springls__grid *g = &ctx->model.grid;
     int i;
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
-    if (s->has_neighbors && s->count) memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    if (s->locked) memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED], (size_t)s->locked * sizeof(double));
+    if (s->has_neighbors && s->count)
+        memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
+               (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    if (s->locked)
+        memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],
+               (size_t)s->locked * sizeof(double));
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     for (i = 0; i < s->attributes; i++) {
@@ -14660,13 +14827,16 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
         attribute->split = (springls_policy)row->split;
         attribute->fill = (springls_policy)row->fill;
         attribute->merge = (springls_policy)row->merge;
-        if (s->count) memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+        if (s->count)
+            memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i],
+                   (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
     }
     ctx->attribute_count = s->attributes;
 }
 
 /* The original surface; its hierarchy is built again. */
-SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
@@ -14674,7 +14844,8 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
-    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL], (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL],
+           (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;
@@ -14716,7 +14887,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 585 \"springls.h\"\n",
+    "#line 620 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -14801,7 +14972,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 1183 \"springls.h\"\n",
+    "#line 1227 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -14865,7 +15036,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1248 \"springls.h\"\n",
+    "#line 1292 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -15008,7 +15179,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1392 \"springls.h\"\n",
+    "#line 1436 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15075,7 +15246,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1460 \"springls.h\"\n",
+    "#line 1504 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15339,7 +15510,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.reach = shape.reach;\n",
     "}\n",
-    "#line 1725 \"springls.h\"\n",
+    "#line 1769 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -15587,7 +15758,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 1974 \"springls.h\"\n",
+    "#line 2018 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -15718,7 +15889,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2106 \"springls.h\"\n",
+    "#line 2150 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -15828,7 +15999,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2217 \"springls.h\"\n",
+    "#line 2261 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -15890,7 +16061,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2280 \"springls.h\"\n",
+    "#line 2324 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16098,7 +16269,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2489 \"springls.h\"\n",
+    "#line 2533 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -16262,7 +16433,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2654 \"springls.h\"\n",
+    "#line 2698 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16288,7 +16459,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2681 \"springls.h\"\n",
+    "#line 2725 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16357,7 +16528,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__opening opening = springls__fan_opening(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2751 \"springls.h\"\n",
+    "#line 2795 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16408,7 +16579,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 2803 \"springls.h\"\n",
+    "#line 2847 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16582,7 +16753,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 2978 \"springls.h\"\n",
+    "#line 3022 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16704,7 +16875,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3101 \"springls.h\"\n",
+    "#line 3145 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -16844,7 +17015,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3242 \"springls.h\"\n",
+    "#line 3286 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17254,7 +17425,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3653 \"springls.h\"\n",
+    "#line 3697 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17352,7 +17523,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3752 \"springls.h\"\n",
+    "#line 3796 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17421,7 +17592,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,\n",
+    "                                                                                 springls__springl_tri(model->set.s[i])) ? 1u\n",
+    "                                                                                     : 0u;\n",
     "}\n",
     "\n",
     "/* To SCRATCH2: the halves of the first job.i[0] of them. */\n",
@@ -17449,13 +17622,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
     "    model->set.was[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);\n",
+    "    model->set.birth[i] = springls__birth_of(model,\n",
+    "                                             (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
     "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 3856 \"springls.h\"\n",
+    "#line 3903 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17661,7 +17835,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4063 \"springls.h\"\n",
+    "#line 4110 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17718,7 +17892,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4121 \"springls.h\"\n",
+    "#line 4168 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -17813,7 +17987,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4217 \"springls.h\"\n",
+    "#line 4264 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -17937,7 +18111,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4342 \"springls.h\"\n",
+    "#line 4389 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -18227,7 +18401,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4633 \"springls.h\"\n",
+    "#line 4680 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18414,7 +18588,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 4821 \"springls.h\"\n",
+    "#line 4868 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18507,7 +18681,8 @@ static const char *const springls__kernel_lines[] = {
     "    uint8_t decided = SPRINGLS__KEEP;\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        if (other >= i || fate[other] == SPRINGLS__REMOVE || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
+    "        if (other >= i || fate[other] == SPRINGLS__REMOVE\n",
+    "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;\n",
     "        if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
     "    }\n",
@@ -18525,7 +18700,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =\n",
+    "        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;\n",
     "}\n",
     "\n",
     "/* The first job.i[0] accepted seeds become springls. */\n",
@@ -18541,7 +18717,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 4949 \"springls.h\"\n",
+    "#line 4998 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18636,7 +18812,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5045 \"springls.h\"\n",
+    "#line 5094 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -18902,7 +19078,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5312 \"springls.h\"\n",
+    "#line 5361 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -19142,7 +19318,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5553 \"springls.h\"\n",
+    "#line 5602 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19173,7 +19349,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5585 \"springls.h\"\n",
+    "#line 5634 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19389,7 +19565,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5802 \"springls.h\"\n",
+    "#line 5851 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -19500,7 +19676,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5914 \"springls.h\"\n",
+    "#line 5963 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -19643,7 +19819,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6058 \"springls.h\"\n",
+    "#line 6107 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19721,7 +19897,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19725 \"springls.h\"\n",
+    "#line 19901 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20139,7 +20315,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20143 \"springls.h\"\n",
+    "#line 20319 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20338,7 +20514,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20342 \"springls.h\"\n",
+    "#line 20518 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

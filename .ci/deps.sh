@@ -33,7 +33,8 @@ for group; do
     case $group in
     make)
         need_command make make ;;
-    test) ;;
+    test)   # the engine's game loop is C++
+        need_command "${CXX%% *}" "$(compiler_package "$CXX")" ;;
     matrix)
         headers="$headers
             CL/cl.h opencl-headers"
@@ -67,8 +68,8 @@ for group; do
             GLFW/glfw3.h libglfw3-dev
             epoxy/gl.h libepoxy-dev"
         need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
+        need_command "${CXX%% *}" "$(compiler_package "$CXX")"
         if [ "$group" = bench ]; then
-            need_command "${CXX%% *}" "$(compiler_package "$CXX")"
             headers="$headers
             openvdb/openvdb.h libopenvdb-dev
             tbb/tbb.h libtbb-dev"

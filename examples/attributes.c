@@ -1,7 +1,8 @@
-/* attributes.c - what springls carry, against the exact answer. A textured ball goes through LeVeque's flow and back; two balls of two
- * colours meet, are one body for a while, and part. At T/2 and T every springl and every vertex of the zero level is taken back to its
- * place at the start by the exact flow, and asked what it should have there. Three ways to have a texture are compared: channels that
- * springls carry, places on the original mesh at which it is looked up (material coordinates), and texture coordinates with a seam. */
+/* attributes.c - what springls carry, against the exact answer. A textured ball goes through LeVeque's flow and back; two balls
+ * of two colours meet, are one body for a while, and part. At T/2 and T every springl and every vertex of the zero level is
+ * taken back to its place at the start by the exact flow, and asked what it should have there. Three ways to have a texture are
+ * compared: channels that springls carry, places on the original mesh at which it is looked up (material coordinates), and
+ * texture coordinates with a seam. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls_cl.h"
 
@@ -117,7 +118,8 @@ static void add_ball(struct textured *t, int rings, int slices, const float cent
 static bool textured_make(struct textured *t, int balls)
 {
     const int rings = (int)(pi * (double)t->radius / 1.1) + 3, slices = 2 * rings; /* triangles about as large as a voxel */
-    const size_t vertices = (size_t)balls * ((size_t)rings * (size_t)slices + 2), triangles = (size_t)balls * 2 * (size_t)rings * (size_t)slices;
+    const size_t vertices = (size_t)balls * ((size_t)rings * (size_t)slices + 2),
+        triangles = (size_t)balls * 2 * (size_t)rings * (size_t)slices;
     t->positions = malloc(vertices * 3 * sizeof *t->positions);
     t->triangles = malloc(triangles * 3 * sizeof *t->triangles);
     t->neighbors = malloc(triangles * 3 * sizeof *t->neighbors);
@@ -208,7 +210,8 @@ static struct error error_of(double *values, int count)
 static void to_start(const struct run *run, double time, double *points, int count)
 {
     if (time > 0.25 * run->flow->period && time < 0.75 * run->flow->period) { /* T/2; at 0 and T they are there */
-        const struct benchmark exact = {.flow = (void *)(uintptr_t)run->flow, .exact_velocity = velocity_once, .exact_time_factor = backwards};
+        const struct benchmark exact = {.flow = (void *)(uintptr_t)run->flow, .exact_velocity = velocity_once,
+                                        .exact_time_factor = backwards};
         benchmark_flow(&exact, 0.5 * run->flow->period, points, count);
     }
 }
@@ -223,7 +226,9 @@ static double colour_error(const struct run *run, const double start[3], const f
     return sqrt(sum / COLOURS);
 }
 
-static const float *row(springls_view view, int i) { return (const float *)(const void *)((const char *)(const void *)view.data + (size_t)i * view.stride); }
+static const float *row(springls_view view,
+                        int i) { return (const float *)(const void *)((const char *)(const void *)view.data
+                                                                      + (size_t)i * view.stride); }
 
 /* Springls: the colour they carry, and their label. */
 static bool measure_springls(const struct run *run, struct moment *m)
@@ -261,8 +266,8 @@ static bool measure_springls(const struct run *run, struct moment *m)
     return fine;
 }
 
-/* What vertices and corners of the zero level have: colours and labels blended of springls; places, colours and texture coordinates
- * looked up on the mesh that was given. */
+/* What vertices and corners of the zero level have: colours and labels blended of springls; places, colours and texture
+ * coordinates looked up on the mesh that was given. */
 struct dressed {
     springls_mesh mesh;
     springls_material *places, *corners, *naive;
@@ -308,12 +313,14 @@ static bool dress(const struct run *run, struct dressed *d)
     d->start = malloc(3 * v * sizeof *d->start);
     d->errors = malloc((v + t) * sizeof *d->errors);
     d->centroids = malloc(3 * t * sizeof *d->centroids);
-    if (!d->places || !d->corners || !d->naive || !d->colours || !d->labels || !d->at || !d->looked_up || !d->original_colours || !d->uv
+    if (!d->places || !d->corners || !d->naive || !d->colours || !d->labels || !d->at || !d->looked_up || !d->original_colours
+        || !d->uv
         || !d->naive_uv || !d->start || !d->errors || !d->centroids) {
         return false;
     }
     for (int i = 0; i < ball->position_count; ++i) {
-        const double x[3] = {(double)ball->positions[3 * i], (double)ball->positions[3 * i + 1], (double)ball->positions[3 * i + 2]};
+        const double x[3] = {(double)ball->positions[3 * i], (double)ball->positions[3 * i + 1],
+                             (double)ball->positions[3 * i + 2]};
         double colour[COLOURS];
         colour_at(ball, ball_at(ball, run->flow->balls, x), x, colour);
         for (int c = 0; c < COLOURS; ++c) {
@@ -331,7 +338,8 @@ static bool dress(const struct run *run, struct dressed *d)
         d->naive[i] = d->places[d->mesh.triangles[i]];
     }
     return springls_lookup(d->places, vertices, ball->positions, 3, ball->triangles, given, d->at) == SPRINGLS_OK
-           && springls_lookup(d->places, vertices, d->original_colours, COLOURS, ball->triangles, given, d->looked_up) == SPRINGLS_OK
+           && springls_lookup(d->places, vertices, d->original_colours, COLOURS, ball->triangles, given,
+                              d->looked_up) == SPRINGLS_OK
            && springls_lookup(d->corners, corners, ball->corner_uv, 2, NULL, given, d->uv) == SPRINGLS_OK
            && springls_lookup(d->naive, corners, ball->corner_uv, 2, NULL, given, d->naive_uv) == SPRINGLS_OK;
 }
@@ -434,7 +442,8 @@ static bool draw(const struct run *run, const struct dressed *d, struct moment *
     }
     if (fine) {
         const float direction[3] = {0.9f, -0.55f, 0.45f}, up[3] = {0.0f, 0.0f, 1.0f};
-        struct raycast_scene scene = {.positions = soup, .vertex_count = corners, .triangle_count = corners / 3, .normals = normals};
+        struct raycast_scene scene = {.positions = soup, .vertex_count = corners, .triangle_count = corners / 3,
+                                      .normals = normals};
         scene.camera = raycast_frame_points(soup, corners, direction, up, 0.0f, 1.0f);
         scene.background_top = scene.background_bottom = color_rgb(1.0f, 1.0f, 1.0f);
         scene.vertex_originals = uvb;
@@ -460,7 +469,8 @@ static bool write_picture(const struct run *run)
     for (int i = 0; i < 2 * TIMES; ++i) {
         const struct moment *m = &run->moments[i % TIMES];
         images[i] = i < TIMES ? m->texture : m->colours;
-        snprintf(captions[i], sizeof captions[i], i < TIMES ? "t = %.2f: texture, looked up" : "t = %.2f: colours, carried", m->time);
+        snprintf(captions[i], sizeof captions[i], i < TIMES ? "t = %.2f: texture, looked up" : "t = %.2f: colours, carried",
+                 m->time);
         texts[i] = captions[i];
     }
     if (!image_strip(images, texts, 2 * TIMES, TIMES, color_rgb(1.0f, 1.0f, 1.0f), &strip)) {
@@ -522,8 +532,10 @@ static bool set_up(struct run *run)
 {
     struct textured *b = &run->ball;
     return textured_make(b, run->flow->balls)
-           && springls_set_mesh(run->ctx, b->positions, b->position_count, 0, b->triangles, b->triangle_count, NULL) == SPRINGLS_OK
-           && springls_find_seams(run->ctx, b->positions, b->position_count, 0, b->triangles, b->triangle_count, b->corner_uv, 2, b->neighbors) == SPRINGLS_OK
+           && springls_set_mesh(run->ctx, b->positions, b->position_count, 0, b->triangles, b->triangle_count,
+                                NULL) == SPRINGLS_OK
+           && springls_find_seams(run->ctx, b->positions, b->position_count, 0, b->triangles, b->triangle_count, b->corner_uv, 2,
+                                  b->neighbors) == SPRINGLS_OK
            && give_attributes(run);
 }
 
@@ -560,7 +572,8 @@ static void print_run(const struct run *run)
     printf("%s, grid %d, %d triangles given\n", run->flow->title, run->common.grid, run->ball.triangle_count);
     for (int i = 0; i < TIMES; ++i) {
         const struct moment *m = &run->moments[i];
-        printf(" %s: %d springls (%d original, %d split, %d filled), %d component%s\n", when[i], m->springls, m->original, m->split, m->filled,
+        printf(" %s: %d springls (%d original, %d split, %d filled), %d component%s\n", when[i], m->springls, m->original,
+               m->split, m->filled,
                m->components, m->components == 1 ? "" : "s");
         print_error("colour carried by springls", "", m->carried);
         print_error("colour carried, on vertices", "", m->carried_on_mesh);
@@ -569,7 +582,8 @@ static void print_run(const struct run *run)
         print_error("texture coordinates, as arcs", "voxel", m->uv);
         printf("  triangles torn at the seam: %d of %d (%d vertex by vertex)\n", m->torn, m->triangles, m->torn_naively);
         if (run->flow->balls > 1) {
-            printf("  wrong labels: %.2f %% of springls, %.2f %% of vertices\n", m->wrong_labels_percent, m->wrong_labels_on_mesh_percent);
+            printf("  wrong labels: %.2f %% of springls, %.2f %% of vertices\n", m->wrong_labels_percent,
+                   m->wrong_labels_on_mesh_percent);
         }
     }
 }
@@ -634,7 +648,8 @@ static int run_flow(struct run *run, const springls_params *params, springls_bac
     bool fine = set_up(run) && move(run);
     run->seconds = elapsed_seconds() - begin;
     if (!fine) {
-        status = cli_fail("attributes", CLI_EXIT_FAILURE, "%s: %s", run->flow->name, *springls_last_error(run->ctx) ? springls_last_error(run->ctx) : "out of memory");
+        status = cli_fail("attributes", CLI_EXIT_FAILURE, "%s: %s", run->flow->name,
+                          *springls_last_error(run->ctx) ? springls_last_error(run->ctx) : "out of memory");
     } else if (run->common.out && !write_picture(run)) {
         status = cli_fail("attributes", CLI_EXIT_FAILURE, "the picture cannot be written to %s", run->common.out);
     } else {

@@ -1,5 +1,6 @@
-/* csg.c - solids made of solids: union, intersection and difference of two, and one grown, shrunk, smoothed or made over with springls of
- * even size. Solids are mesh files or ready-made shapes; colours of their vertices are carried along and come out with the result. */
+/* csg.c - solids made of solids: union, intersection and difference of two, and one grown, shrunk, smoothed or made over with
+ * springls of even size. Solids are mesh files or ready-made shapes; colours of their vertices are carried along and come out
+ * with the result. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls_cl.h"
 
@@ -79,7 +80,8 @@ static bool read_solid(struct solid *s)
     char error[MESH_TEXT];
     const int ball = shape_numbers(s->text, "ball", 4, n), box = ball ? 0 : shape_numbers(s->text, "box", 4, n);
     if (ball < 0 || box < 0) {
-        cli_fail("csg", CLI_EXIT_FAILURE, "%s: wanted are a place, and a positive size: ball:x,y,z,radius or box:x,y,z,half", s->text);
+        cli_fail("csg", CLI_EXIT_FAILURE, "%s: wanted are a place, and a positive size: ball:x,y,z,radius or box:x,y,z,half",
+                 s->text);
         return false;
     }
     s->is_ball = ball > 0;
@@ -173,7 +175,8 @@ static bool make_solid(struct solid *s, int number)
         triangles[i] = (int)s->mesh.indices[i];
     }
     const bool fine = triangles
-                      && springls_set_mesh(s->ctx, s->mesh.positions, (int)s->mesh.vertex_count, 0, triangles, (int)s->mesh.triangle_count, NULL)
+                      && springls_set_mesh(s->ctx, s->mesh.positions, (int)s->mesh.vertex_count, 0, triangles,
+                                           (int)s->mesh.triangle_count, NULL)
                              == SPRINGLS_OK
                       && springls_remesh(s->ctx) == SPRINGLS_OK && paint(s, number, triangles);
     free(triangles);
@@ -365,7 +368,8 @@ static bool run(struct csg *csg, springls_backend *backend)
         if (run_create("csg", &desc, &s->ctx) != CLI_GO_ON) {
             return false;
         }
-        if (!make_solid(s, i) || springls_measure(s->ctx, &s->measures) != SPRINGLS_OK || (csg->common.out && !draw_solid(csg, i, &camera))) {
+        if (!make_solid(s, i) || springls_measure(s->ctx, &s->measures) != SPRINGLS_OK
+            || (csg->common.out && !draw_solid(csg, i, &camera))) {
             return said(csg, i);
         }
     }
@@ -388,9 +392,11 @@ static void print(const struct csg *csg)
 {
     for (int i = 0; i < csg->count; ++i) {
         const springls_measures *m = &csg->solids[i].measures;
-        printf("%-14s volume %.6g, area %.6g, components %d, Euler number %d\n", i == 0 ? "first" : "second", m->volume, m->area, m->components, m->euler);
+        printf("%-14s volume %.6g, area %.6g, components %d, Euler number %d\n", i == 0 ? "first" : "second", m->volume, m->area,
+               m->components, m->euler);
     }
-    printf("%-14s volume %.6g, area %.6g, components %d, Euler number %d\n", csg->operation, csg->measures.volume, csg->measures.area,
+    printf("%-14s volume %.6g, area %.6g, components %d, Euler number %d\n", csg->operation, csg->measures.volume,
+           csg->measures.area,
            csg->measures.components, csg->measures.euler);
     printf("%d springls on voxels of %.4g, %.2f s\n", csg->springls, csg->spacing, csg->seconds);
 }
@@ -412,7 +418,8 @@ static void free_all(struct csg *csg)
 
 static int check_usage(struct csg *csg)
 {
-    const bool two = strcmp(csg->operation, "union") == 0 || strcmp(csg->operation, "intersection") == 0 || strcmp(csg->operation, "difference") == 0;
+    const bool two = strcmp(csg->operation, "union") == 0 || strcmp(csg->operation, "intersection") == 0
+        || strcmp(csg->operation, "difference") == 0;
     const bool measured = strcmp(csg->operation, "offset") == 0 || strcmp(csg->operation, "smooth") == 0;
     bool known = false;
     for (const char *o = operations; o && !known; o = strchr(o, '|') ? strchr(o, '|') + 1 : NULL) {
@@ -438,9 +445,11 @@ int main(int argc, char **argv)
 {
     struct csg csg = {.common = cli_common_defaults()};
     const struct cli_option table[] = {
-        {"amount", CLI_DOUBLE, &csg.amount, "X", "offset: distance, negative to shrink; smooth: length; unit of the solids", -1e6, 1e6, NULL},
+        {"amount", CLI_DOUBLE, &csg.amount, "X", "offset: distance, negative to shrink; smooth: length; unit of the solids", -1e6,
+         1e6, NULL},
         {"keep-volume", CLI_FLAG, &csg.keep_volume, NULL, "smooth: every component keeps its volume", 0.0, 0.0, NULL},
-        {"result", CLI_STRING, &csg.result, "FILE", "PLY with colours and places on the solids given (default: csg.ply in --out)", 0.0, 0.0, NULL},
+        {"result", CLI_STRING, &csg.result, "FILE", "PLY with colours and places on the solids given (default: csg.ply in --out)",
+         0.0, 0.0, NULL},
         {"set", CLI_STRING, &csg.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
     };
     const struct cli_positional positionals[] = {

@@ -1,6 +1,6 @@
-// engine_embed.cpp - springls inside a game loop: the engine's memory, threads, clock and log; a budget of time a frame; only what has
-// changed is uploaded; a brush finds the surface by a ray, a ball rolls on it; undo and rollback by snapshots. Nothing is drawn: the
-// program prints what frames cost. C++17 and the library, nothing else.
+// engine_embed.cpp - springls inside a game loop: the engine's memory, threads, clock and log; a budget of time a frame;
+// only what has changed is uploaded; a brush finds the surface by a ray, a ball rolls on it; undo and rollback by
+// snapshots. Nothing is drawn: the program prints what frames cost. C++17 and the library, nothing else.
 //
 //   engine_embed [--grid 96] [--frames 240] [--threads 2] [--budget 5] [--json FILE|-] [--quiet]
 #define SPRINGLS_STATIC
@@ -136,7 +136,9 @@ void log(void *, int level, const char *message)
 struct Buffers {
     std::vector<float> vertices; // position and normal
     std::vector<uint16_t> indices;
-    explicit Buffers(const springls_chunk &chunk) : vertices(6 * static_cast<size_t>(chunk.vertex_count)), indices(chunk.triangles, chunk.triangles + 3 * chunk.triangle_count)
+    explicit Buffers(const springls_chunk &chunk)
+        : vertices(6 * static_cast<size_t>(chunk.vertex_count)),
+          indices(chunk.triangles, chunk.triangles + 3 * chunk.triangle_count)
     {
         for (size_t i = 0; i < static_cast<size_t>(chunk.vertex_count); ++i) {
             std::copy_n(chunk.positions + 3 * i, 3, vertices.data() + 6 * i);
@@ -154,7 +156,8 @@ public:
     {
         size_t bytes = 0;
         for (int i = 0; i < count; ++i) {
-            std::shared_ptr<const Buffers> fresh = chunks[i].triangle_count ? std::make_shared<const Buffers>(chunks[i]) : nullptr;
+            std::shared_ptr<const Buffers> fresh =
+                chunks[i].triangle_count ? std::make_shared<const Buffers>(chunks[i]) : nullptr;
             if (fresh) bytes += fresh->bytes();
             late[{chunks[i].brick[0], chunks[i].brick[1], chunks[i].brick[2]}] = std::move(fresh);
         }
@@ -244,7 +247,9 @@ public:
         if (springls_create(&desc, &model) != SPRINGLS_OK) throw std::string("the model could not be made");
         const float middle = 0.5f * static_cast<float>(o.grid - 1);
         springls_sphere ball{{middle, middle, middle}, radius()};
-        if (springls_set_implicit(model, springls_implicit_sphere, &ball) != SPRINGLS_OK || springls_chunks_create(model, nullptr, &chunks) != SPRINGLS_OK) fail();
+        if (springls_set_implicit(model, springls_implicit_sphere, &ball) != SPRINGLS_OK
+            || springls_chunks_create(model, nullptr, &chunks) != SPRINGLS_OK)
+            fail();
         brush.radius = 0.08f * static_cast<float>(o.grid);
         forces.velocity = Brush::push;
         forces.user = &brush;
@@ -295,8 +300,8 @@ private:
     float radius() const { return 0.25f * static_cast<float>(options.grid); }
     [[noreturn]] void fail() const { throw std::string(springls_last_error(model)); }
 
-    // One frame: physics and picking ask the model as it is, the step in progress gets what is left of the budget, and when it is done
-    // what has changed is uploaded. The chunks have a share of the budget of their own.
+    // One frame: physics and picking ask the model as it is, the step in progress gets what is left of the budget, and when
+    // it is done what has changed is uploaded. The chunks have a share of the budget of their own.
     void update(int frame, double until)
     {
         const double share = 0.3 * 1e-3 * options.budget;
@@ -356,7 +361,9 @@ private:
         float distance, normal[3], speed = 0;
         fall[1] -= gravity;
         for (int k = 0; k < 3; ++k) marble[k] += fall[k];
-        if (springls_sample_distance(model, marble, 1, &distance) != SPRINGLS_OK || springls_sample_gradient(model, marble, 1, normal) != SPRINGLS_OK) fail();
+        if (springls_sample_distance(model, marble, 1, &distance) != SPRINGLS_OK
+            || springls_sample_gradient(model, marble, 1, normal) != SPRINGLS_OK)
+            fail();
         if (distance >= size) return;
         for (int k = 0; k < 3; ++k) speed += fall[k] * normal[k];
         for (int k = 0; k < 3; ++k) {
@@ -444,39 +451,54 @@ double quantile(std::vector<double> values, double q)
 
 void print_row(const char *name, const std::vector<double> &v, double scale)
 {
-    std::printf("%-24s %10.2f %10.2f %10.2f\n", name, scale * quantile(v, 0.5), scale * quantile(v, 0.95), scale * quantile(v, 1));
+    std::printf("%-24s %10.2f %10.2f %10.2f\n", name, scale * quantile(v, 0.5), scale * quantile(v, 0.95),
+                scale * quantile(v, 1));
 }
 
 void print(const Options &o, const Report &r)
 {
-    std::printf("grid %d^3, %d springls, %d threads, %d frames, %d steps, budget %.1f ms\n", o.grid, r.springls, o.threads, o.frames, r.steps, o.budget);
+    std::printf("grid %d^3, %d springls, %d threads, %d frames, %d steps, budget %.1f ms\n", o.grid, r.springls,
+                o.threads, o.frames, r.steps, o.budget);
     std::printf("%-24s %10s %10s %10s\n", "", "p50", "p95", "max");
     print_row("update, ms", r.update, 1);
     print_row("over the budget, ms", r.overrun, 1);
     print_row("chunks, ms", r.changes, 1);
     print_row("frames a step", r.frames_a_step, 1);
     print_row("uploaded, KiB", r.uploaded, 1.0 / 1024);
-    std::printf("whole mesh %.0f KiB; snapshot %.0f KiB, at most %.2f ms; restore %.2f ms\n", static_cast<double>(r.whole_bytes) / 1024, static_cast<double>(r.snapshot_bytes) / 1024, r.snapshot_ms, r.restore_ms);
-    std::printf("%d picks, %d touches of the marble; rollback: %s; memory at most %.1f MiB, %lu bytes left\n", r.picks, r.touches, r.rollback_same ? "the same bits" : "DIFFERENT", static_cast<double>(r.peak_bytes) / 1048576, static_cast<unsigned long>(r.bytes_left));
+    std::printf("whole mesh %.0f KiB; snapshot %.0f KiB, at most %.2f ms; restore %.2f ms\n",
+                static_cast<double>(r.whole_bytes) / 1024, static_cast<double>(r.snapshot_bytes) / 1024,
+                r.snapshot_ms, r.restore_ms);
+    std::printf("%d picks, %d touches of the marble; rollback: %s; memory at most %.1f MiB, %lu bytes left\n",
+                r.picks, r.touches, r.rollback_same ? "the same bits" : "DIFFERENT",
+                static_cast<double>(r.peak_bytes) / 1048576, static_cast<unsigned long>(r.bytes_left));
 }
 
 void print_json_row(FILE *file, const char *name, const std::vector<double> &v)
 {
-    std::fprintf(file, "  \"%s\": {\"p50\": %.4f, \"p95\": %.4f, \"max\": %.4f},\n", name, quantile(v, 0.5), quantile(v, 0.95), quantile(v, 1));
+    std::fprintf(file, "  \"%s\": {\"p50\": %.4f, \"p95\": %.4f, \"max\": %.4f},\n", name, quantile(v, 0.5),
+                 quantile(v, 0.95), quantile(v, 1));
 }
 
 bool write_json(const Options &o, const Report &r)
 {
     FILE *file = o.json == "-" ? stdout : std::fopen(o.json.c_str(), "w");
     if (!file) return false;
-    std::fprintf(file, "{\n  \"problem\": \"engine_embed\", \"grid\": %d, \"frames\": %d, \"threads\": %d, \"budget_ms\": %g, \"steps\": %d, \"springls_final\": %d,\n", o.grid, o.frames, o.threads, o.budget, r.steps, r.springls);
+    std::fprintf(file,
+                 "{\n  \"problem\": \"engine_embed\", \"grid\": %d, \"frames\": %d, \"threads\": %d, \"budget_ms\": "
+                 "%g, \"steps\": %d, \"springls_final\": %d,\n",
+                 o.grid, o.frames, o.threads, o.budget, r.steps, r.springls);
     print_json_row(file, "update_ms", r.update);
     print_json_row(file, "overrun_ms", r.overrun);
     print_json_row(file, "chunks_ms", r.changes);
     print_json_row(file, "frames_a_step", r.frames_a_step);
     print_json_row(file, "uploaded_bytes", r.uploaded);
-    std::fprintf(file, "  \"mesh_bytes\": %lu, \"snapshot_bytes\": %lu, \"snapshot_ms\": %.3f, \"restore_ms\": %.3f, \"peak_bytes\": %lu,\n", static_cast<unsigned long>(r.whole_bytes), static_cast<unsigned long>(r.snapshot_bytes), r.snapshot_ms, r.restore_ms, static_cast<unsigned long>(r.peak_bytes));
-    std::fprintf(file, "  \"picks\": %d, \"touches\": %d, \"rollback_same\": %s\n}\n", r.picks, r.touches, r.rollback_same ? "true" : "false");
+    std::fprintf(file,
+                 "  \"mesh_bytes\": %lu, \"snapshot_bytes\": %lu, \"snapshot_ms\": %.3f, \"restore_ms\": %.3f, "
+                 "\"peak_bytes\": %lu,\n",
+                 static_cast<unsigned long>(r.whole_bytes), static_cast<unsigned long>(r.snapshot_bytes),
+                 r.snapshot_ms, r.restore_ms, static_cast<unsigned long>(r.peak_bytes));
+    std::fprintf(file, "  \"picks\": %d, \"touches\": %d, \"rollback_same\": %s\n}\n", r.picks, r.touches,
+                 r.rollback_same ? "true" : "false");
     const bool good = std::ferror(file) == 0;
     return file == stdout ? std::fflush(file) == 0 && good : std::fclose(file) == 0 && good;
 }
@@ -528,7 +550,8 @@ int main(int argc, char **argv)
         else if (good && name == "--json") o.json = text;
         else good = false;
         if (!good) {
-            std::fprintf(stderr, "engine_embed: %s%s%s is no good; see --help\n", name.c_str(), text ? " " : "", text ? text : "");
+            std::fprintf(stderr, "engine_embed: %s%s%s is no good; see --help\n", name.c_str(), text ? " " : "",
+                         text ? text : "");
             return 2;
         }
     }

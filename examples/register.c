@@ -123,10 +123,11 @@ static void compare_inverse(struct run *run)
     size_t number = 0;
     double sum = 0.0;
     for (size_t n = 0; n < volume_voxels(grid); ++n) {
-        const size_t row = (size_t)grid->dims[0], slice = row * (size_t)grid->dims[1];
-        const float index[3] = {(float)(n % row), (float)(n % slice / row), (float)(n / slice)};
+        int place[3];
         float x[3], there[3], at[3], back[3];
         bool inside = true;
+        volume_place(grid->dims, n, place);
+        const float index[3] = {(float)place[0], (float)place[1], (float)place[2]};
         volume_index_to_world(grid, index, x);
         vec3_add_scaled(x, 1.0f, run->forward.mm + 3 * n, there);
         volume_world_to_index(&run->moving, there, at);
@@ -329,10 +330,10 @@ static bool draw(const struct run *run, const char *path)
     for (; good && done < PICTURES; done += good) {
         const float *moved = done % 2 ? run->warped : run->unmoved;
         for (size_t n = 0; n < volume_voxels(&run->fixed); ++n) {
-            const int i = (int)(n % (size_t)dims[0]), j = (int)(n / (size_t)dims[0]) % dims[1];
-            const int k = (int)(n / ((size_t)dims[0] * (size_t)dims[1]));
+            int place[3];
+            volume_place(dims, n, place);
             const float f = normalised(run->fixed.data[n], fixed), m = normalised(moved[n], moving);
-            const float checker = (i / tile + j / tile + k / tile) % 2 ? f : m;
+            const float checker = (place[0] / tile + place[1] / tile + place[2] / tile) % 2 ? f : m;
             data[n] = done < 2 ? checker : done < 4 ? fabsf(f - m) : done == 4 ? f : run->jacobian[n];
         }
         good = paint(run, data, titles[done], whites[done], &pictures[done]);
@@ -432,7 +433,7 @@ static bool write_all(const struct run *run)
 
 static void print_summary(const struct run *run)
 {
-    if (run->common.quiet || (run->common.json && strcmp(run->common.json, "-") == 0)) {
+    if (!cli_may_print(&run->common)) {
         return;
     }
     printf("difference (RMS, range 0..1) %.4f before, %.4f after; %.1f s\n", run->rms_before, run->rms_after, run->seconds);

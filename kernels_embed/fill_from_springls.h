@@ -90,7 +90,8 @@ SPRINGLS__MATHS uint8_t springls__seed_fate(const springls__model *model, int i)
     uint8_t decided = SPRINGLS__KEEP;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        if (other >= i || fate[other] == SPRINGLS__REMOVE || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
+        if (other >= i || fate[other] == SPRINGLS__REMOVE
+            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)) continue;
         if (fate[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
     }
@@ -108,7 +109,8 @@ SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model,
 SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[4])[i] =
+        ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i] == SPRINGLS__KEEP ? 1u : 0u;
 }
 
 /* The first job.i[0] accepted seeds become springls. */

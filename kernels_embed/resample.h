@@ -66,7 +66,9 @@ SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, spring
 SPRINGLS__MATHS void springls__overgrown_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) ? 1u : 0u;
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[1])[i] = springls__is_overgrown(model,
+                                                                                 springls__springl_tri(model->set.s[i])) ? 1u
+                                                                                     : 0u;
 }
 
 /* To SCRATCH2: the halves of the first job.i[0] of them. */
@@ -94,7 +96,8 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
     model->set.was[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model, (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
+    model->set.birth[i] = springls__birth_of(model,
+                                             (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;

@@ -335,18 +335,20 @@ SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one 
 
 /* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
 
-/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid (size and
-   place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with other threads, on
-   another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks that have been made. */
+/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid
+   (size and place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with
+   other threads, on another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks
+   that have been made. */
 typedef enum springls_snapshot_kind {
     SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (or set_reference) to
-                               input: a third smaller and made faster, for undo and rollback. Restores where they are the same: in
-                               this context, or one that a block with all has been restored to                 */
+    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference,
+                               combine) to input: smaller and made faster, for undo and rollback. Restores where they are the
+                               same: in this context, or one that a block with all has been restored to         */
 } springls_snapshot_kind;
 
 /* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size);
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room,
+                                               size_t *size);
 
 /* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
@@ -395,7 +397,7 @@ SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
 /* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
    chunks meet each has its vertices, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (at the grid's lower border one more) */
+    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (9 at the grid's lower border) */
     int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
     float *positions;        /* 3 a vertex, world                                                               */
     float *normals;          /* 3 a vertex, unit, outward                                                       */
@@ -405,21 +407,23 @@ typedef struct springls_chunk {
 } springls_chunk;
 
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the chunks are
-                        springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a step, so then
-                        all chunks change in every step                                                         */
+    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the
+                        chunks are springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a
+                        step, so then all chunks change in every step                                           */
     bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
 } springls_chunks_desc;
 
 /* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
 typedef struct springls_chunks springls_chunks;
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out);
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+                                                    springls_chunks **out);
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
 
 /* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
    all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
    within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count);
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed,
+                                                    int *count);
 
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
@@ -456,17 +460,17 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
 
 /* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
 
-/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They belong to
-   the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them nothing about the
-   model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They
+   belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
+   nothing about the model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
 typedef enum springls_policy {
     SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
-                       one that stays keeps its own. For labels                                                     */
-    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative and add
-                       up to 1, and that are exact, where that is possible, for functions linear in the correspondence. merge: mean
-                       of the two, weighted by area. For what is continuous                                         */
-    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if there is
-                       one within 2.5 voxels. For amounts, whose sum is to last                                     */
+                       one that stays keeps its own. For labels                                                           */
+    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
+                       and add up to 1, and that are exact, where that is possible, for functions linear in the
+                       correspondence. merge: mean of the two, weighted by area. For what is continuous                   */
+    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
+                       there is one within 2.5 voxels. For amounts, whose sum is to last                                  */
 } springls_policy;
 
 #define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
@@ -480,8 +484,8 @@ typedef struct springls_attribute_desc {
 } springls_attribute_desc;
 
 /* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
-SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values,
-                                                    int *index);
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc,
+                                                    const float *values, int *index);
 /* Those behind it have numbers smaller by one then. */
 SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
 SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
@@ -491,8 +495,8 @@ SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char
 SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
 SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
 
-/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels` floats a
-   vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels`
+   floats a vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
 
 /* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
@@ -511,17 +515,19 @@ SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, spri
 
 /* ---- >>material: places on the original surface ---------------------------------------------------------------- */
 
-/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and ask for
-   the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls; -1: none. */
+/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and
+   ask for the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls;
+   -1: none. */
 typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
 
 SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
 /* One a vertex of an extracted mesh. */
 SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
 
-/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one side of
-   every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a seam
-   (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before it. */
+/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one
+   side of every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a
+   seam (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before
+   it. */
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out);
 
@@ -532,40 +538,43 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
                                                  int *neighbors);
 
 /* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
-   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the arrays. */
+   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; triangle_count guards the
+   arrays. */
 SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
                                              const int *triangles, int triangle_count, float *out);
 
-/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial springls. */
+/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial
+   springls. */
 SPRINGLS_API int springls_material_count(const springls_context *ctx);
 
 /* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
 
 typedef enum springls_operation { SPRINGLS_UNION, SPRINGLS_INTERSECTION, SPRINGLS_DIFFERENCE } springls_operation;
 
-/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width. Springls of both
-   stay where they bound the result, the other's turned round in a difference; what reaches over the seam is drawn in, the seam is
-   closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of one here are taken over; where it
-   has none of that name its springls get zeros. The original surface becomes both originals together: material triangles of the other
-   are numbered from this one's springls_material_count (before the call) on.
-   The other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out the
-   model is empty. */
+/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width.
+   Springls of both stay where they bound the result, the other's turned round in a difference; what reaches over the seam is
+   drawn in, the seam is closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of
+   one here are taken over; where it has none of that name its springls get zeros. The original surface becomes both originals
+   together: material triangles of the other are numbered from this one's springls_material_count (before the call) on. The
+   other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out
+   the model is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* With an implicit function in the place of the other, asked as by springls_set_implicit. */
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn,
-                                                       void *user);
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+                                                       springls_implicit_fn fn, void *user);
 
-/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that distance
-   of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the model is empty. */
+/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that
+   distance of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the
+   model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
 /* Motion by mean curvature for as long as a ball of radius `length` (world units) lasts: what is smaller goes, sharp edges become
    round. keep_volume: each component keeps its volume (see VOLUME LOCK in the manual). */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
-/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count is
-   steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
+/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count
+   is steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures ----------------------------------------------------------------------------------------------- */

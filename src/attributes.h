@@ -1,7 +1,7 @@
-/* attributes.h - what springls carry besides themselves. The springls change as they would without; at the end of a stage that has
-   added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the fate that
-   contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a function of the
-   correspondence, on the same side of the surface. All that can fail is done before anything changes. */
+/* attributes.h - what springls carry besides themselves. The springls change as they would without; at the end of a stage that
+   has added or removed some, the values follow, here on the host: rows are known by `parent` (kernels_embed/model.h), by the
+   fate that contract has given (SCRATCH1), and by the springls around, among which BLEND interpolates in material space: as a
+   function of the correspondence, on the same side of the surface. All that can fail is done before anything changes. */
 
 SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute, int i)
 {
@@ -10,7 +10,8 @@ SPRINGLS__FN float *springls__attribute_row(const springls__attribute *attribute
 
 SPRINGLS__FN void springls__row_copy(const springls__attribute *attribute, int to, int from)
 {
-    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), (size_t)attribute->channels * sizeof(float));
+    size_t bytes = (size_t)attribute->channels * sizeof(float);
+    if (to != from) memcpy(springls__attribute_row(attribute, to), springls__attribute_row(attribute, from), bytes);
 }
 
 SPRINGLS__FN springls_status springls__rows_reserve(springls_context *ctx, springls__attribute *attribute, int rows, int keep)
@@ -29,7 +30,10 @@ SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int
 enum { SPRINGLS__DONORS = 24 };
 
 /* index[0] has the nearest correspondence. */
-typedef struct springls__donors { int index[SPRINGLS__DONORS], count; float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; } springls__donors;
+typedef struct springls__donors {
+    int index[SPRINGLS__DONORS], count;
+    float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; /* squared distance of correspondences */
+} springls__donors;
 
 typedef struct springls__donor_search {
     const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
@@ -40,7 +44,8 @@ typedef struct springls__donor_search {
 SPRINGLS__FN void springls__donors_add(springls__donors *donors, int index, float d2)
 {
     int i, last = donors->count - 1;
-    if (donors->count == SPRINGLS__DONORS && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
+    if (donors->count == SPRINGLS__DONORS
+        && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
     i = donors->count < SPRINGLS__DONORS ? donors->count++ : last;
     for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
         donors->d2[i] = donors->d2[i - 1];
@@ -91,12 +96,13 @@ SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *dono
     return plane;
 }
 
-/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a, exact for
-   linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted again; where that does
-   not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of values, and stays within their range. */
+/* Moving least squares of degree 1 about the correspondence a: the sum of weight[j] v(a_j) is what the fitted plane says at a,
+   exact for linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted
+   again; where that does not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of
+   values, and stays within their range. */
 SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springls__v3 *places, springls__v3 a)
 {
-    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0;
+    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0, below, lowest = 0.0;
     float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
     springls__plane plane;
     int i, k, left = donors->count, worst;
@@ -113,7 +119,10 @@ SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springl
             lean[i] = 0.0;
             for (k = 0; k < 3; k++) lean[i] += plane.weight * (r[i][k] - plane.mean[k]) * plane.slope[k];
             if (donors->weight[i] == 0.0f || lean[i] <= 1.0) continue;
-            if (worst < 0 || (double)donors->weight[i] * (lean[i] - 1.0) > (double)donors->weight[worst] * (lean[worst] - 1.0)) worst = i;
+            below = (double)donors->weight[i] * (lean[i] - 1.0);
+            if (worst >= 0 && below <= lowest) continue;
+            lowest = below;
+            worst = i;
         }
         if (worst >= 0 && left > 3) donors->weight[worst] = 0.0f;
     } while (worst >= 0 && left-- > 3);
@@ -122,9 +131,10 @@ SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springl
     for (i = 0; i < donors->count; i++) donors->weight[i] *= (float)((1.0 - limit * lean[i]) / plane.weight);
 }
 
-/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there are none
-   on this side, the nearest of all. */
-SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n, springls__v3 a, float reach)
+/* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there
+   are none on this side, the nearest of all. */
+SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n,
+                                                  springls__v3 a, float reach)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
     const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
@@ -182,11 +192,13 @@ SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, c
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
     for (i = 0; i < donors->count; i++)
-        for (c = 0; c < attribute->channels; c++) out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
+        for (c = 0; c < attribute->channels; c++)
+            out[c] += donors->weight[i] * springls__attribute_row(attribute, donors->index[i])[c];
 }
 
 /* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
-SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend, float *out)
+SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend,
+                                         float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (donors->count == 0) memset(out, 0, bytes);
@@ -231,7 +243,12 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
 }
 
 /* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
-typedef struct springls__inherit_job { springls_context *ctx; springls__donor_search search; int blended; float *values; } springls__inherit_job;
+typedef struct springls__inherit_job {
+    springls_context *ctx;
+    springls__donor_search search;
+    int blended; /* channels */
+    float *values;
+} springls__inherit_job;
 
 SPRINGLS__FN int springls__other_half(const springls__inherit_job *job, int child)
 {
@@ -280,9 +297,11 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
 SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
 {
     springls__inherit_job job;
+    springls_status status;
     int added = ctx->model.set.count - known;
     if (!ctx->attribute_count) return;
-    if (springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(PARENT), 0) != SPRINGLS_OK) return;
+    status = springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(PARENT), 0);
+    if (status != SPRINGLS_OK) return;
     job.ctx = ctx;
     job.search.ctx = ctx;
     job.search.a = (const springls__v3 *)ctx->attribute_memory[SPRINGLS__OLD_PLACES].data;
@@ -368,7 +387,11 @@ SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const
     return heir;
 }
 
-typedef struct springls__heirs_job { const springls_context *ctx; const uint8_t *fate; springls__heir *heirs; } springls__heirs_job;
+typedef struct springls__heirs_job {
+    const springls_context *ctx;
+    const uint8_t *fate;
+    springls__heir *heirs;
+} springls__heirs_job;
 
 SPRINGLS__FN void springls__heirs_task(void *arg, int begin, int end)
 {
@@ -407,11 +430,12 @@ SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int 
 {
     float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
     int c;
-    for (c = 0; c < attribute->channels; c++) to[c] = attribute->merge == SPRINGLS_SHARE ? to[c] + from[c] : to[c] + share * (from[c] - to[c]);
+    for (c = 0; c < attribute->channels; c++)
+        to[c] += attribute->merge == SPRINGLS_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but leaves
-   its share. */
+/* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
+   leaves its share. */
 SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 {
     springls__heir *heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
@@ -422,7 +446,8 @@ SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
         if (!heir) continue;
         for (k = 0; k < ctx->attribute_count; k++)
             if (ctx->attributes[k].merge != SPRINGLS_COPY)
-                springls__merge_row(&ctx->attributes[k], heirs[i].index, i, merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
+                springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
+                                    merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
         if (merged) heir->area += heirs[i].area;
     }
 }
@@ -458,11 +483,13 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
     const char *call = "add_attribute";
     size_t length = desc && desc->name ? strlen(desc->name) : 0;
     if (length == 0 || length > SPRINGLS_MAX_NAME)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call, SPRINGLS_MAX_NAME);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
+                              SPRINGLS_MAX_NAME);
     if (springls_find_attribute(ctx, desc->name) >= 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
     if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels, SPRINGLS_MAX_CHANNELS);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels,
+                              SPRINGLS_MAX_CHANNELS);
     if (!springls__policy_known(desc->split) || !springls__policy_known(desc->fill) || !springls__policy_known(desc->merge))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: an unknown policy", call);
     if (ctx->attribute_count == SPRINGLS_MAX_ATTRIBUTES)
@@ -486,7 +513,8 @@ SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc, const float *values, int *index)
+SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc,
+                                                    const float *values, int *index)
 {
     springls__attribute *attribute;
     if (index) *index = -1;
@@ -553,7 +581,8 @@ SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int i
     SPRINGLS__TRY(springls__finish_step(ctx));
     attribute = springls__attribute_at(ctx, index, "set_attribute");
     if (!attribute) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels, "set_attribute"));
+    SPRINGLS__TRY(springls__finite_values(ctx, values, (size_t)ctx->model.set.count * (size_t)attribute->channels,
+                                          "set_attribute"));
     springls__attribute_fill(ctx, attribute, values);
     return SPRINGLS_OK;
 }
@@ -597,7 +626,8 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     job.attribute = springls__attribute_at(ctx, index, "mesh_attribute");
     if (!job.attribute) return SPRINGLS_INVALID_ARGUMENT;
-    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
+    if (!mesh || (mesh->vertex_count > 0 && !out))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_attribute: mesh or out is NULL");
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     job.search.ctx = ctx;

@@ -138,7 +138,8 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
     size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
-    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3), 3 * keep * sizeof(springls__v3));
+    springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3),
+                                                   3 * keep * sizeof(springls__v3));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
     surface->points = (springls__v3 *)surface->points_memory.data;

@@ -32,7 +32,8 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
     size_t n = (size_t)slots, used = (size_t)c->shown.slot_count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick, n, sizeof(int), used * sizeof(int)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots, n, sizeof(int), (size_t)c->shown.free_count * sizeof(int)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float), used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->phi, n * SPRINGLS__BRICK_VOXELS, sizeof(float),
+                                        used * SPRINGLS__BRICK_VOXELS * sizeof(float)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->crews, n, sizeof *c->crew, used * sizeof *c->crew));
     c->shown.slot_brick = (int *)c->slot_brick.data;
     c->shown.free_slots = (int *)c->free_slots.data;
@@ -63,8 +64,8 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
 
 /* ---- what has changed ---- */
 
-/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its normal
-   on voxels one further. Bits as in springls__reach_of_row. */
+/* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
+   normal on voxels one further. Bits as in springls__reach_of_row. */
 SPRINGLS__FN uint32_t springls__touches(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
@@ -160,7 +161,8 @@ SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
     int origin[3], at[3], d;
     springls__slot_origin(&c->shown, c->shown.top[c->list[i]], origin);
     for (d = 0; d < 27 && c->touched[i]; d++)
-        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at)) c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
+        if ((c->touched[i] >> d & 1u) && springls__brick_around(&c->shown, origin, d, at))
+            c->dirty[springls__brick_at(&c->shown, at[0], at[1], at[2])] = 1;
 }
 
 /* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
@@ -175,7 +177,9 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
     memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
-        slot = springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
+        slot =
+            springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]),
+                              springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
         crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
         crew[slot].places = springls__add(crew[slot].places, p);
         crew[slot].origins = springls__add(crew[slot].origins, ctx->model.set.a[i]);
@@ -312,7 +316,8 @@ SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])]) c->chunk[n++] = c->chunk[i];
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->shown, 8 * b[0], 8 * b[1], 8 * b[2])])
+            c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertices, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corners, corners + 1, sizeof(uint16_t), 0));
@@ -362,14 +367,17 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
 
 /* ---- the calls ---- */
 
-SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc, springls_chunks **out)
+SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
+                                                    springls_chunks **out)
 {
     springls_chunks *c;
     springls_status status;
     if (out) *out = NULL;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out || (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f)))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
+        return springls__fail(
+            ctx, SPRINGLS_INVALID_ARGUMENT,
+            "chunks_create: out is NULL, or the tolerance is more than half a voxel or not a number");
     c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
     if (!c) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "chunks_create: out of memory");
     memset(c, 0, sizeof *c);
@@ -386,13 +394,15 @@ SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks
     if (ctx && chunks) springls__chunks_free(ctx, chunks);
 }
 
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed, int *count)
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
+                                                    const springls_chunk **changed, int *count)
 {
     springls_status status;
     if (changed) *changed = NULL;
     if (count) *count = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!chunks || !changed || !count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
+    if (!chunks || !changed || !count)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_update: chunks, changed or count is NULL");
     SPRINGLS__TRY(springls__finish_step(ctx));
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;

@@ -1,6 +1,6 @@
-/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie: those
-   that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls tell it exactly
-   (project, keep_edges). */
+/* combine.h - union, intersection and difference of two models. Each asks the other's level set on which side its springls lie:
+   those that bound the result stay. phi is the larger or smaller of the two; where that has a crease, at the seam, the springls
+   tell it exactly (project, keep_edges). */
 
 /* Positive where springls of this model, or of the other, stay: `sign` times the level set of the one that is asked. */
 typedef struct springls__side_rule { const springls__grid *asked; float sign; int alike, opposite; } springls__side_rule;
@@ -74,8 +74,8 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
     ctx->omega_fresh = false;
 }
 
-/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals cross, within
-   a voxel, it is less exact. */
+/* Tracking needs the distance to the original surface and no side of it: the one that is smaller. Where the two originals
+   cross, within a voxel, it is less exact. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
@@ -108,7 +108,8 @@ SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx,
 
 /* ---- original surfaces ---- */
 
-SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before, bool turn)
+SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const springls__surface *from, int given_before,
+                                           bool turn)
 {
     int i, k;
     for (i = 0; i < from->count; i++) {
@@ -117,7 +118,8 @@ SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const 
     }
 }
 
-SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both, const springls__surface *other, bool turn)
+SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both,
+                                                     const springls__surface *other, bool turn)
 {
     const springls__surface *own = &ctx->original;
     int count;
@@ -165,7 +167,8 @@ SPRINGLS__FN springls_status springls__who_stays(springls_context *ctx, const sp
 }
 
 /* Springl j of the other, behind all that are here. */
-SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_context *other, int j, const springls__side_rule *rule, bool turn)
+SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_context *other, int j,
+                                         const springls__side_rule *rule, bool turn)
 {
     const springls__constellation *set = &other->model.set;
     springls__springl s = springls__draw_in(rule, set->s[j]);
@@ -190,7 +193,8 @@ SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_c
     }
 }
 
-SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation, springls_context *other)
+SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
+                                                        springls_context *other)
 {
     const bool turn = operation == SPRINGLS_DIFFERENCE;
     springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
@@ -208,7 +212,8 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__draw_in(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
-        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP) springls__take_springl(ctx, other, i, &its_rule, turn);
+        if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP)
+            springls__take_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;
     springls__constellation_changed(ctx);
@@ -247,6 +252,7 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
+    ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
@@ -254,18 +260,21 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
     return springls__settle_down(ctx, true);
 }
 
-SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation, const springls_context *other)
+SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
+                                                      const springls_context *other)
 {
     if (operation != SPRINGLS_UNION && operation != SPRINGLS_INTERSECTION && operation != SPRINGLS_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
-    if (!other || other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
+    if (!other || other == ctx)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
         || memcmp(ctx->to_world, other->to_world, sizeof ctx->to_world) != 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model lies on another grid");
     if (ctx->model.params.band_half_width != other->model.params.band_half_width)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model has another band_half_width");
     if (ctx->model.set.count == 0 || other->model.set.count == 0)
-        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: %s model has no springls", ctx->model.set.count ? "the other" : "this");
+        return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: %s model has no springls",
+                              ctx->model.set.count ? "the other" : "this");
     return SPRINGLS_OK;
 }
 
@@ -282,7 +291,8 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
 }
 
-SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation, springls_implicit_fn fn, void *user)
+SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
+                                                       springls_implicit_fn fn, void *user)
 {
     springls_context *other;
     springls_desc desc;
@@ -293,7 +303,8 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
     desc = ctx->desc;
     desc.params = &ctx->model.params;
     desc.backend = NULL;
-    if (springls_create(&desc, &other) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
+    if (springls_create(&desc, &other) != SPRINGLS_OK)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
     status = springls_set_implicit(other, fn, user);
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
     else springls__fail(ctx, status, "combine_implicit: %.200s", other->error);

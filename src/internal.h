@@ -96,7 +96,11 @@ struct springls_backend {
 typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 
 /* A run of a kernel here. */
-typedef struct springls__range_job { const springls_context *ctx; const struct springls__kernel_facts *kernel; springls__job job; } springls__range_job;
+typedef struct springls__range_job {
+    const springls_context *ctx;
+    const struct springls__kernel_facts *kernel;
+    springls__job job;
+} springls__range_job;
 
 /* A loop that is run in pieces; pace: seconds that an element of the last one took. */
 typedef struct springls__pieces {

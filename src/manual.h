@@ -176,6 +176,21 @@
    the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
 
 
+   ATTRIBUTES
+
+   springls_add_attribute gives every springl some floats under a name; they follow through splits, fills and merges by the policies
+   of its springls_attribute_desc: COPY for labels, BLEND for what is continuous, SHARE for amounts. For colours, weights and the
+   like take BLEND, BLEND and, for merge, COPY: of two springls that merge the elder keeps place and correspondence, and so what
+   belongs to them. Blending means values with weights that are not negative and add up to 1, so a range is kept, and sums of
+   channels (bone weights) stay 1; of what curves over the original it takes a little off at each interpolation. What is known on
+   the mesh that was set need not be carried: springls_mesh_materials says where on it the vertices of an extracted mesh lie,
+   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_lookup takes the
+   values from there, which no number of steps wears off. springls_get_confidence says of each springl whether it is original,
+   split or filled, and how old. Attributes cost nothing when there are none, and change nothing about the model. With a backend
+   they live on the host, which at each resampling reads what it needs of the springls.
+   springls_combine, _combine_implicit, _offset, _smooth and _remesh keep attributes as they keep springls.
+
+
    VOLUME LOCK
 
    With volume_lock = 1 every step of SPRINGLS_FLUID and SPRINGLS_ELASTIC ends with each component's volume (of its marching
@@ -205,6 +220,26 @@
    calling thread. Force callbacks then run on several threads at once, with different ranges: they must not write to
    shared state. GCC's OpenMP threads wait in a busy loop, which costs ten times the work where the machine has something
    else to do: set OMP_WAIT_POLICY=passive in the environment.
+
+
+   FRAMES
+
+   springls_step_begin and springls_step_continue are springls_step in pieces, for a budget of time a frame: the same bits
+   however it is cut. A stage is left between its parts, and inside the loops that are its work:
+
+     advect               the forces' batches
+     relax                finding neighbours, every iteration
+     contract             choosing, every round of merging
+     project              the projection, removal of specks, every sweep that re-distances
+     fill_gaps            looking for holes, looking for bare triangles
+     evolve, rebuild      omega, eq. 23, every sweep
+     unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
+
+   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells,
+   bricks are added and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed;
+   resample, keep_edges and volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits
+   where a part wants a number back. springls_chunks: the zero level in bricks, and which have changed. springls_snapshot,
+   springls_restore: back, and on again to the bit.
 
 
    ERRORS

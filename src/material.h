@@ -1,5 +1,5 @@
-/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of them
-   does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
+/* material.h - places on the original surface, by triangle and barycentric coordinates, for meshes that come out. A function of
+   them does not wear off: colours, texture coordinates and weights on the mesh that was set are looked up, never carried. */
 
 /* The place on the original that is closest to a, as numbered in the mesh given. */
 SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx, const springls__surface_hit *h)
@@ -23,7 +23,8 @@ SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end
     const springls__material_job *job = (const springls__material_job *)arg;
     int guess = -1;
     for (; begin < end; begin++) {
-        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX, guess);
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX,
+                                                                 guess);
         job->out[begin] = springls__material_of(job->ctx, &h);
         guess = h.triangle;
     }
@@ -39,7 +40,8 @@ SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)
     const springls__material_job *job = (const springls__material_job *)arg;
     int guess = -1;
     for (; begin < end; begin++) {
-        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin), FLT_MAX, guess);
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin),
+                                                                 FLT_MAX, guess);
         job->out[begin] = springls__material_of(job->ctx, &h);
         guess = h.triangle;
     }
@@ -58,9 +60,11 @@ SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, s
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out, const char *call)
+SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out,
+                                                  const char *call)
 {
-    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
+    if (!mesh || (mesh->vertex_count > 0 && !out))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: mesh or out is NULL", call);
     return SPRINGLS_OK;
 }
 
@@ -81,8 +85,8 @@ SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, cons
 
 enum { SPRINGLS__PATCH = 256 };
 
-/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through triangles
-   within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
+/* The closest place to each of three points on what can be reached from triangle `start` without crossing a seam, through
+   triangles within r of the point x. At most PATCH triangles are looked at, nearest by edges first. */
 SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, int start, springls__v3 x, float r,
                                              const springls__v3 points[3], springls__surface_hit best[3])
 {
@@ -123,7 +127,8 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
         springls__v3 points[3], x;
         springls_material start;
         float r = 0.0f;
-        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
+        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job,
+                                                                          job->mesh->triangles[3 * (size_t)begin + (size_t)k]);
         x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
         center = springls__surface_closest(surface, x, FLT_MAX);
         start = springls__material_of(job->ctx, &center);
@@ -140,7 +145,8 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
 
 SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
 
-SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors, springls_material *out)
+SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
+                                                       springls_material *out)
 {
     springls__material_job job;
     int i, given;
@@ -150,7 +156,8 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     given = springls_material_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3, neighbors[i], given);
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
+                                  neighbors[i], given);
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
         int *inner;
@@ -186,7 +193,8 @@ SPRINGLS__FN bool springls__same_corner(const springls__seam_search *s, int a, i
     int c;
     if (p[0] != q[0] || p[1] != q[1] || p[2] != q[2]) return false;
     for (c = 0; c < s->channels; c++)
-        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels + (size_t)c]) return false;
+        if (s->values[(size_t)a * (size_t)s->channels + (size_t)c] != s->values[(size_t)b * (size_t)s->channels
+            + (size_t)c]) return false;
     return true;
 }
 
@@ -208,7 +216,8 @@ SPRINGLS__FN springls_status springls__seam_corners(springls_context *ctx, sprin
     for (slot = 0; slot < size; slot++) table[slot] = -1;
     for (i = 0; i < corners; i++) {
         const float *p = springls__mesh_position(s->positions, s->stride, s->triangles[i]);
-        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f), springls__float_bits(p[2] + 0.0f)) & (size - 1);
+        slot = springls__mesh_hash(springls__float_bits(p[0] + 0.0f), springls__float_bits(p[1] + 0.0f),
+                                   springls__float_bits(p[2] + 0.0f)) & (size - 1);
         while (table[slot] >= 0 && !springls__same_corner(s, table[slot], i)) slot = (slot + 1) & (size - 1);
         if (table[slot] < 0) table[slot] = i;
         s->first[i] = table[slot];
@@ -247,13 +256,15 @@ SPRINGLS__FN springls_status springls__find_seams(springls_context *ctx, springl
 }
 
 SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
-                                                 const int *triangles, int triangle_count, const float *values, int channels, int *neighbors)
+                                                 const int *triangles, int triangle_count, const float *values, int channels,
+                                                     int *neighbors)
 {
     springls__seam_search search;
     springls_status status;
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS || (channels > 0 && !values)
+    if (triangle_count < 0 || triangle_count > INT32_MAX / 6 || channels < 0 || channels > SPRINGLS_MAX_CHANNELS
+        || (channels > 0 && !values)
         || (triangle_count > 0 && (!positions || !triangles || !neighbors)))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a NULL array, or a count out of range");
     if (stride == 0) stride = 3 * sizeof(float);
@@ -261,7 +272,8 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
     for (i = 0; i < 3 * triangle_count; i++)
         if (triangles[i] < 0 || triangles[i] >= position_count)
-            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i], position_count);
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i],
+                                  position_count);
     if (triangle_count == 0) return SPRINGLS_OK;
     memset(&search, 0, sizeof search);
     search.positions = positions;
@@ -280,7 +292,8 @@ SPRINGLS_API springls_status springls_lookup(const springls_material *places, in
                                              const int *triangles, int triangle_count, float *out)
 {
     int i, k, c;
-    if (count < 0 || channels < 1 || triangle_count < 0 || (count > 0 && (!places || !values || !out))) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0 || channels < 1 || triangle_count < 0
+        || (count > 0 && (!places || !values || !out))) return SPRINGLS_INVALID_ARGUMENT;
     for (i = 0; i < count; i++)
         if (places[i].triangle < -1 || places[i].triangle >= triangle_count) return SPRINGLS_INVALID_ARGUMENT;
     for (i = 0; i < count; i++, out += channels) {

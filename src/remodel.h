@@ -2,9 +2,10 @@
 
 /* ---- offset ---- */
 
-/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners off; less
-   the offset. All in voxels. */
-typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level, edges; float offset; } springls__parallel_surface;
+/* The signed distance to the zero level as it was, and to the springls at its sharp edges, where marching cubes cut corners
+   off; less the offset. All in voxels. */
+typedef struct springls__parallel_surface { springls__mesh_distance distance; springls__surface level,
+                                            edges; float offset; } springls__parallel_surface;
 
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
@@ -30,8 +31,8 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
     return springls__surface_finish(ctx, surface, count);
 }
 
-/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved parts would
-   lie inside by twice as much in either direction. */
+/* The welded zero level, each triangle cut into four by the middles of its edges, which are moved onto it: chords of curved
+   parts would lie inside by twice as much in either direction. */
 SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
 {
     static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3..5: the middle between corner k - 3 and the next */
@@ -145,7 +146,8 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     memset(&job, 0, sizeof job);
     job.offset = distance / ctx->smallest_spacing;
-    if (!(springls__fabs(job.offset) < 1e4f)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
+    if (!(springls__fabs(job.offset) < 1e4f))
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__finish_step(ctx));

@@ -1,7 +1,7 @@
 /* snapshot.h - all that decides a model's future, in one block of bytes: a head, the numbers, and arrays one after the other
-   (SPRINGLS__SECTIONS). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of bricks
-   are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory there,
-   before the model changes. */
+   (springls__section). What follows from them (cells, omega, hierarchies) is made again when it is next asked for. Slots of
+   bricks are not kept: bricks are numbered in their order. A block is trusted in nothing: everything is checked, and all memory
+   there, before the model changes. */
 
 typedef struct springls__snapshot_head {
     char magic[8];
@@ -12,7 +12,10 @@ typedef struct springls__snapshot_head {
 static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 'L', 'S' };
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
-typedef struct springls__attribute_entry { char name[SPRINGLS_MAX_NAME + 1]; int32_t channels, split, fill, merge; } springls__attribute_entry;
+typedef struct springls__attribute_entry {
+    char name[SPRINGLS_MAX_NAME + 1];
+    int32_t channels, split, fill, merge;
+} springls__attribute_entry;
 
 typedef struct springls__snapshot_state {
     double to_world[12], time;
@@ -55,7 +58,8 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
     int a = section - SPRINGLS__SECTION_VALUES;
     if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
-    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES) return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
+    if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
+        return a < s->attributes ? (uint64_t)s->count * (uint64_t)s->attribute[a].channels * sizeof(float) : 0;
     switch (section) {
     case SPRINGLS__SECTION_NEIGHBORS: return s->has_neighbors ? (uint64_t)s->count * SPRINGLS__NEIGHBOR_ROW * sizeof(int) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
@@ -128,7 +132,9 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
         if (side == SPRINGLS__OUTSIDE) continue;
         stamp = springls__checksum(stamp, &i, sizeof i);
         stamp = springls__checksum(stamp, &side, sizeof side);
-        if (side >= SPRINGLS__FIRST_SLOT) stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS * sizeof(float));
+        if (side >= SPRINGLS__FIRST_SLOT)
+            stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
+                                       SPRINGLS__BRICK_VOXELS * sizeof(float));
     }
     stamp = springls__checksum(stamp, original->points, 3 * (size_t)original->count * sizeof(springls__v3));
     if (original->source) stamp = springls__checksum(stamp, original->source, (size_t)original->count * sizeof(int));
@@ -183,7 +189,9 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     char *numbers = out + layout->at[sides + 1], *values = out + layout->at[sides + 2];
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) {
-        if (g->top[i] == SPRINGLS__INSIDE) out[layout->at[sides] + (uint64_t)(i >> 3)] = (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
+        if (g->top[i] == SPRINGLS__INSIDE)
+            out[layout->at[sides] + (uint64_t)(i >> 3)] =
+                (char)(out[layout->at[sides] + (uint64_t)(i >> 3)] | 1 << (i & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         memcpy(numbers, &i, sizeof i);
         memcpy(values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, brick);
@@ -192,7 +200,8 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     }
 }
 
-SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, char *out)
+SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const springls__snapshot_state *s,
+                                           const springls__layout *layout, char *out)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__snapshot_head head;
@@ -203,18 +212,23 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     }
     memset(out + sizeof head, 0, (size_t)(layout->at[0] - sizeof head));
     memcpy(out + sizeof head, s, sizeof *s);
-    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++) springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
-    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors, springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
+        springls__put(out, layout, i, ctx->memory[i].data, springls__section_bytes(g, s, i));
+    springls__put(out, layout, SPRINGLS__SECTION_NEIGHBORS, ctx->model.neighbors,
+                  springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
     memset(out + layout->at[SPRINGLS__SECTION_SIDES], 0, (size_t)springls__side_bytes(g));
     springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, g);
     springls__put(out, layout, SPRINGLS__SECTION_LOCKED, ctx->locked_memory.data, (uint64_t)s->locked * sizeof(double));
     for (i = 0; i < s->attributes; i++)
-        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data, springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+        springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
     if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
         memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
-        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points, springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
-        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source, springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
+        springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_ORIGINAL));
+        springls__put(out, layout, SPRINGLS__SECTION_SOURCE, ctx->original.source,
+                      springls__section_bytes(g, s, SPRINGLS__SECTION_SOURCE));
     }
     memset(&head, 0, sizeof head);
     memcpy(head.magic, springls__snapshot_magic, sizeof head.magic);
@@ -225,7 +239,8 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     memcpy(out, &head, sizeof head);
 }
 
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room, size_t *size)
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
+                                               size_t room, size_t *size)
 {
     springls__snapshot_state state;
     springls__layout layout;
@@ -240,7 +255,9 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     *size = (size_t)layout.at[SPRINGLS__SECTIONS];
     if (*size != layout.at[SPRINGLS__SECTIONS]) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
-    if (room < *size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu", (unsigned long)*size, (unsigned long)room);
+    if (room < *size)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are wanted, not %lu",
+                              (unsigned long)*size, (unsigned long)room);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
 }
@@ -302,10 +319,12 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 {
     const springls__attribute_entry *a = &s->attribute[row];
     int i;
-    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS) return false;
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
+        return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
-    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill) && springls__policy_known((springls_policy)a->merge);
+    return springls__policy_known((springls_policy)a->split) && springls__policy_known((springls_policy)a->fill)
+        && springls__policy_known((springls_policy)a->merge);
 }
 
 /* Why the numbers cannot be those of a model of this context; NULL: they can. */
@@ -314,7 +333,9 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     const int far = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
-    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0 || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0) return "of another grid";
+    if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
+        || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
+        return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
     if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far) return "damaged";
@@ -325,11 +346,13 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx)) return "of another original surface, which it leaves out";
+    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
+        return "of another original surface, which it leaves out";
     return NULL;
 }
 
-SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
+                                        const springls__layout *layout, const char *block)
 {
     static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
@@ -343,10 +366,19 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
             if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
             if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
         } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
-        else if (i == SPRINGLS__SECTION_BRICKS) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes) good = good && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks, springls__brick_count(g));
-        else if (i == SPRINGLS__SECTION_SOURCE) good = good && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
-        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES && i != SPRINGLS__SECTION_LOCKED) good = good && springls__all_finite(data, bytes);
+        else if (i == SPRINGLS__SECTION_BRICKS)
+            good =
+                good && springls__bricks_good(block + layout->at[i - 1], data, s->bricks, springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_REFERENCE_BRICKS && bytes)
+            good = good
+                && springls__bricks_good(block + layout->at[i - 1], data, s->reference_bricks,
+                                         springls__brick_count(g));
+        else if (i == SPRINGLS__SECTION_SOURCE)
+            good = good
+                && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+        else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
+                 && i != SPRINGLS__SECTION_LOCKED)
+            good = good && springls__all_finite(data, bytes);
     }
     for (i = 0; i < s->locked; i++) {
         double volume;
@@ -357,7 +389,8 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
 }
 
 /* The numbers and the layout of a block that is good; else one sentence about why it is not. */
-SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size, springls__snapshot_state *s, springls__layout *layout)
+SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, const char *block, size_t size,
+                                                     springls__snapshot_state *s, springls__layout *layout)
 {
     springls__snapshot_head head;
     const char *fault = NULL;
@@ -365,13 +398,15 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
     memcpy(&head, block, sizeof head);
     memcpy(s, block + sizeof head, sizeof *s);
     if (memcmp(head.magic, springls__snapshot_magic, sizeof head.magic) != 0) fault = "no snapshot";
-    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER) fault = "of another version or machine";
+    else if (head.version != SPRINGLS__SNAPSHOT_VERSION || head.order != SPRINGLS__BYTE_ORDER)
+        fault = "of another version or machine";
     else if (head.size != size) fault = "not as long as it says";
     else if (head.checksum != springls__checksum(head.size, block + sizeof head, size - sizeof head)) fault = "damaged";
     else fault = springls__numbers_fault(ctx, s);
     if (!fault) {
         *layout = springls__layout_of(&ctx->model.grid, s);
-        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block)) fault = "damaged";
+        if (layout->at[SPRINGLS__SECTIONS] != head.size || !springls__arrays_good(&ctx->model.grid, s, layout, block))
+            fault = "damaged";
     }
     return fault ? springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is %s", fault) : SPRINGLS_OK;
 }
@@ -386,17 +421,23 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     int i;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->count, ctx->model.set.count)));
     if (s->has_neighbors)
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1, ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->count + 1,
+                                     ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double), (size_t)ctx->locked_count * sizeof(double)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)s->locked + 1, sizeof(double),
+                                        (size_t)ctx->locked_count * sizeof(double)));
     for (i = 0; i < s->attributes; i++) {
         springls__buffer *values = &ctx->attributes[i].values;
         size_t row = (size_t)s->attribute[i].channels * sizeof(float);
-        size_t used = i < ctx->attribute_count ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float) : 0;
+        size_t used = i < ctx->attribute_count
+            ? (size_t)ctx->model.set.count * (size_t)ctx->attributes[i].channels * sizeof(float)
+            : 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
     if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks), (size_t)ctx->model.reference.slot_count));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
+                                 (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
+                                 (size_t)ctx->model.reference.slot_count));
     SPRINGLS__TRY(springls__scratch(ctx, SPRINGLS__BVH_SCRATCH, n, sizeof(springls__bvh_item), NULL));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
@@ -409,7 +450,8 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *
     int i, bricks = (int)springls__brick_count(g);
     for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
-    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2], (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
+    memcpy(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+           (size_t)count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
 }
@@ -430,14 +472,19 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
     g->active_count = count;
 }
 
-SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     const springls__grid *g = &ctx->model.grid;
     int i;
     for (i = 0; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         if (s->count) memcpy(ctx->memory[i].data, block + layout->at[i], (size_t)springls__section_bytes(g, s, i));
-    if (s->has_neighbors && s->count) memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
-    if (s->locked) memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED], (size_t)s->locked * sizeof(double));
+    if (s->has_neighbors && s->count)
+        memcpy(ctx->model.neighbors, block + layout->at[SPRINGLS__SECTION_NEIGHBORS],
+               (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_NEIGHBORS));
+    if (s->locked)
+        memcpy(ctx->locked_memory.data, block + layout->at[SPRINGLS__SECTION_LOCKED],
+               (size_t)s->locked * sizeof(double));
     springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS], s->bricks);
     for (i = 0; i < s->attributes; i++) {
@@ -448,13 +495,16 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
         attribute->split = (springls_policy)row->split;
         attribute->fill = (springls_policy)row->fill;
         attribute->merge = (springls_policy)row->merge;
-        if (s->count) memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i], (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
+        if (s->count)
+            memcpy(attribute->values.data, block + layout->at[SPRINGLS__SECTION_VALUES + i],
+                   (size_t)springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
     }
     ctx->attribute_count = s->attributes;
 }
 
 /* The original surface; its hierarchy is built again. */
-SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s,
+                                          const springls__layout *layout, const char *block)
 {
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
@@ -462,7 +512,8 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
-    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL], (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
+    memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL],
+           (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
     springls__surface_finish(ctx, original, s->original);
     original->given = s->given;
     if (!s->has_source) return;

@@ -2,7 +2,7 @@
    can be used again and gives back every byte. */
 #include "fixtures.h"
 
-enum { INPUTS, MESHES, RAW_SPRINGLS, FLUID, FLUID_PAPER, ELASTIC, STAGES, READING, SCENARIOS };
+enum { INPUTS, MESHES, RAW_SPRINGLS, FLUID, FLUID_PAPER, ELASTIC, STAGES, FRAMES, READING, SCENARIOS };
 enum { SIZE = 14, VOXELS = SIZE * SIZE * SIZE };
 
 /* One sphere as every kind of input. */
@@ -77,6 +77,32 @@ static void read_all(springls_context *ctx, props *p, outcome *o)
     free(all);
 }
 
+/* Steps in parts, what has changed after each, back to the start and on again. */
+static void frames(springls_context *ctx, const springls_step_desc *step, outcome *o)
+{
+    springls_chunks_desc desc = { 0.0f, true };
+    springls_chunks *chunks;
+    const springls_chunk *changed;
+    char *block = NULL;
+    size_t size;
+    int i, number;
+    count(o, ctx, springls_chunks_create(ctx, &desc, &chunks));
+    count(o, ctx, springls_snapshot(ctx, SPRINGLS_SNAPSHOT_ALL, NULL, 0, &size));
+    block = (char *)malloc(size);
+    count(o, ctx, springls_snapshot(ctx, SPRINGLS_SNAPSHOT_ALL, block, size, &size));
+    for (i = 0; i < 3; i++) {
+        bool done = false;
+        springls_status status = springls_step_begin(ctx, step);
+        while (status == SPRINGLS_OK && !done) status = springls_step_continue(ctx, 0.0, &done);
+        count(o, ctx, status);
+        if (chunks) count(o, ctx, springls_chunks_update(ctx, chunks, &changed, &number));
+    }
+    count(o, ctx, springls_restore(ctx, block, size));
+    count(o, ctx, springls_step(ctx, step));
+    springls_chunks_destroy(ctx, chunks);
+    free(block);
+}
+
 static void run(springls_context *ctx, int scenario, props *p, outcome *o)
 {
     float wind[3] = { 0.5f, 0.2f, 0.0f }, speed;
@@ -123,6 +149,10 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
         count(o, ctx, springls_fill_gaps(ctx));
         count(o, ctx, springls_track(ctx));
         count(o, ctx, springls_unsigned_to_signed(ctx));
+        break;
+    case FRAMES:
+        count(o, ctx, springls_set_implicit(ctx, springls_implicit_sphere, &p->ball));
+        frames(ctx, &step, o);
         break;
     default:
         count(o, ctx, springls_set_implicit(ctx, springls_implicit_sphere, &p->ball));

@@ -1,5 +1,5 @@
-/* test_attributes.c - what springls carry: exact for linear functions, conserved where it is shared, in step with the springls whatever
-   happens, and without any effect on them; material coordinates, on one side of every seam. */
+/* test_attributes.c - what springls carry: exact for linear functions, conserved where it is shared, in step with the springls
+   whatever happens, and without any effect on them; material coordinates, on one side of every seam. */
 #include "fixtures.h"
 
 /* Channels: the correspondence, a label by half-space, and an amount. */
@@ -65,8 +65,8 @@ static springls_status swirled(springls_context *ctx, int steps)
     return status;
 }
 
-/* The value that is the correspondence itself stays the correspondence, where springls are split and filled: blending is exact for
-   linear functions of it. It is approximate at the rims, and where values merge. */
+/* The value that is the correspondence itself stays the correspondence, where springls are split and filled: blending is exact
+   for linear functions of it. It is approximate at the rims, and where values merge. */
 TEST blends_are_linear_in_the_correspondence(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
@@ -80,7 +80,8 @@ TEST blends_are_linear_in_the_correspondence(void)
     v = springls_view_attribute(ctx, c.place);
     ASSERT_EQ(springls_count(ctx), v.count);
     for (i = 0; i < v.count; i++) {
-        const float *p = (const float *)((const char *)a.data + (size_t)i * a.stride), *q = (const float *)((const char *)v.data + (size_t)i * v.stride);
+        const float *p = (const float *)((const char *)a.data + (size_t)i * a.stride),
+            *q = (const float *)((const char *)v.data + (size_t)i * v.stride);
         double d2 = 0.0;
         for (k = 0; k < 3; k++) d2 += ((double)p[k] - (double)q[k]) * ((double)p[k] - (double)q[k]);
         newborn += springls_generations(ctx)[i] > 0;
@@ -135,7 +136,8 @@ TEST labels_stay_labels(void)
 TEST the_model_does_not_notice(int paper)
 {
     springls_params params = paper ? springls_paper_params() : springls_default_params();
-    springls_context *with = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f), *without = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f);
+    springls_context *with = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f),
+        *without = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f);
     carried c;
     ASSERT_OK(carry(with, &c));
     ASSERT_OK(swirled(with, 8));
@@ -182,7 +184,8 @@ TEST splits(void)
     ASSERT_OK(springls_get_confidence(ctx, confidence));
     for (i = 0; i < springls_count(ctx); i++) {
         const float *p = (const float *)((const char *)a.data + (size_t)i * a.stride);
-        for (k = 0; k < 3; k++) ASSERT_IN_RANGE((double)p[k], (double)place.data[3 * i + k], 0.35); /* a mean lies below the arc: here of two voxels */
+        /* a mean lies below the arc: here of two voxels */
+        for (k = 0; k < 3; k++) ASSERT_IN_RANGE((double)p[k], (double)place.data[3 * i + k], 0.35);
         ASSERT(amount.data[i] == 1.0f || amount.data[i] == 0.5f);
         ASSERT_EQ(amount.data[i] == 0.5f, confidence[i].kind == SPRINGLS_SPLIT);
         ASSERT_EQ(amount.data[i] == 1.0f, confidence[i].kind == SPRINGLS_ORIGINAL);
@@ -236,7 +239,8 @@ TEST fills(void)
 TEST merges(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
-    springls_attribute_desc sum = { "sum", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_SHARE }, mean = { "mean", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_BLEND },
+    springls_attribute_desc sum = { "sum", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_SHARE },
+        mean = { "mean", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_BLEND },
                             own = { "own", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
     springls_view v;
     float *values;
@@ -366,7 +370,8 @@ enum { RINGS = 26, SLICES = 52, POINTS = (RINGS - 1) * SLICES + 2, TRIANGLES = 2
 static float globe_points[3 * POINTS], globe_uv[6 * TRIANGLES];
 static int globe[3 * TRIANGLES], globe_count;
 
-static int globe_at(int ring, int slice) { return ring == 0 ? 0 : ring == RINGS ? POINTS - 1 : 1 + (ring - 1) * SLICES + slice % SLICES; }
+static int globe_at(int ring,
+                    int slice) { return ring == 0 ? 0 : ring == RINGS ? POINTS - 1 : 1 + (ring - 1) * SLICES + slice % SLICES; }
 
 static void globe_triangle(const int ring[3], const int slice[3])
 {
@@ -394,7 +399,8 @@ static springls_status set_globe(springls_context *ctx)
         }
     for (r = 0; r < RINGS; r++)
         for (s = 0; s < SLICES; s++) {
-            int upper[3] = { r, r + 1, r + 1 }, lower[3] = { r, r + 1, r }, one[3] = { s, s, s + 1 }, two[3] = { s, s + 1, s + 1 };
+            int upper[3] = { r, r + 1, r + 1 }, lower[3] = { r, r + 1, r }, one[3] = { s, s, s + 1 },
+                two[3] = { s, s + 1, s + 1 };
             if (r < RINGS - 1) globe_triangle(upper, one);
             if (r > 0) globe_triangle(lower, two);
         }
@@ -413,23 +419,28 @@ TEST seams_are_found(void)
     for (i = 0; i < globe_count; i++)
         for (k = 0; k < 3; k++) {
             float u = globe_uv[6 * i + 2 * k], next = globe_uv[6 * i + 2 * ((k + 1) % 3)];
-            bool on_seam = (u == 0.0f && next == 0.0f) || (u == 1.0f && next == 1.0f), at_pole = globe_uv[6 * i + 2 * k + 1] == 0.0f
-                        || globe_uv[6 * i + 2 * k + 1] == 1.0f || globe_uv[6 * i + 2 * ((k + 1) % 3) + 1] == 0.0f || globe_uv[6 * i + 2 * ((k + 1) % 3) + 1] == 1.0f;
+            bool on_seam = (u == 0.0f && next == 0.0f) || (u == 1.0f && next == 1.0f),
+                at_pole = globe_uv[6 * i + 2 * k + 1] == 0.0f
+                        || globe_uv[6 * i + 2 * k + 1] == 1.0f || globe_uv[6 * i + 2 * ((k + 1) % 3) + 1] == 0.0f
+                            || globe_uv[6 * i + 2 * ((k + 1) % 3) + 1] == 1.0f;
             if (!at_pole) ASSERT_EQ(on_seam, neighbors[3 * i + k] < 0);
             open += neighbors[3 * i + k] < 0;
         }
     ASSERT_GTE(open, 2 * (RINGS - 2));
-    ASSERT_STATUS(SPRINGLS_BAD_MESH, springls_find_seams(ctx, globe_points, POINTS - 1, 0, globe, globe_count, NULL, 0, neighbors));
+    ASSERT_STATUS(SPRINGLS_BAD_MESH,
+                  springls_find_seams(ctx, globe_points, POINTS - 1, 0, globe, globe_count, NULL, 0, neighbors));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_find_seams(ctx, NULL, POINTS, 0, globe, globe_count, NULL, 0, neighbors));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_find_seams(ctx, globe_points, POINTS, 0, globe, globe_count, NULL, 2, neighbors));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_find_seams(ctx, globe_points, POINTS, 3, globe, globe_count, NULL, 0, neighbors));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT,
+                  springls_find_seams(ctx, globe_points, POINTS, 0, globe, globe_count, NULL, 2, neighbors));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT,
+                  springls_find_seams(ctx, globe_points, POINTS, 3, globe, globe_count, NULL, 0, neighbors));
     free(neighbors);
     springls_destroy(ctx);
     PASS();
 }
 
-/* After some motion: places on the original are where the motion has come from, texture coordinates of every triangle lie on one side of
-   the seam, and in its middle they are right. */
+/* After some motion: places on the original are where the motion has come from, texture coordinates of every triangle lie on
+   one side of the seam, and in its middle they are right. */
 TEST textures_keep_their_seam(void)
 {
     springls_context *ctx = fixture_context(32, NULL);
@@ -451,7 +462,8 @@ TEST textures_keep_their_seam(void)
     ASSERT_OK(springls_mesh_materials(ctx, &mesh, places));
     ASSERT_OK(springls_lookup(places, mesh.vertex_count, globe_points, 3, globe, globe_count, at));
     for (i = 0; i < mesh.vertex_count; i++) {
-        d3 x = d3_sub(d3_make((double)mesh.positions[3 * i], (double)mesh.positions[3 * i + 1], (double)mesh.positions[3 * i + 2]), moved);
+        d3 x = d3_sub(d3_make((double)mesh.positions[3 * i], (double)mesh.positions[3 * i + 1],
+                              (double)mesh.positions[3 * i + 2]), moved);
         double off = d3_distance(x, d3_make((double)at[3 * i], (double)at[3 * i + 1], (double)at[3 * i + 2]));
         ASSERT_LT(off, 0.5);
         sum += off;

@@ -1,5 +1,5 @@
-/* test_chunks.c - the zero level in chunks: what a consumer has put together from changes is the whole surface, watertight, near the
-   zero level; only what has changed is told. */
+/* test_chunks.c - the zero level in chunks: what a consumer has put together from changes is the whole surface, watertight,
+   near the zero level; only what has changed is told. */
 #include "fixtures.h"
 
 enum { SIZE = 40, SIDE = 5 };
@@ -12,7 +12,8 @@ static void store_put(store *s, const springls_chunk *changed, int count)
     int i;
     for (i = 0; i < count; i++) {
         springls_chunk *to = &s->chunk[changed[i].brick[0] + SIDE * (changed[i].brick[1] + SIDE * changed[i].brick[2])];
-        size_t floats = 3 * (size_t)changed[i].vertex_count * sizeof(float), corners = 3 * (size_t)changed[i].triangle_count * sizeof(uint16_t);
+        size_t floats = 3 * (size_t)changed[i].vertex_count * sizeof(float),
+               corners = 3 * (size_t)changed[i].triangle_count * sizeof(uint16_t);
         free(to->positions);
         free(to->triangles);
         memset(to, 0, sizeof *to);

@@ -1,5 +1,5 @@
-/* test_csg.c - union, intersection, difference, offset, smooth, remesh: volumes and topology against exact answers, attributes and
-   places on the original surfaces kept, refusals, memory that runs out. */
+/* test_csg.c - union, intersection, difference, offset, smooth, remesh: volumes and topology against exact answers, attributes
+   and places on the original surfaces kept, refusals, memory that runs out. */
 #include "fixtures.h"
 
 enum { SIZE = 40 };
@@ -20,7 +20,8 @@ static springls_box box_at(float x, float y, float half)
 static double lens(double r, double d) { return fixture_pi * (4.0 * r + d) * (2.0 * r - d) * (2.0 * r - d) / 12.0; }
 static double ball(double r) { return 4.0 / 3.0 * fixture_pi * r * r * r; }
 
-/* As good as marching cubes are at showing it: chords of curved parts and bevelled edges lie inside, by `tolerance` voxels in the mean. */
+/* As good as marching cubes are at showing it: chords of curved parts and bevelled edges lie inside, by `tolerance` voxels in
+   the mean. */
 static greatest_test_res check(springls_context *ctx, double volume, double tolerance, int components, int euler)
 {
     springls_measures m;
@@ -46,7 +47,8 @@ TEST balls(int operation)
     for (i = 0; i < springls_count(a); i++) { /* every springl lies on one of the two balls and in neither, or in both, ... */
         d3 p = d3_of(fixture_particle(a, i));
         double of_a = d3_distance(p, d3_make(15.3, 19.7, 19.4)) - 8.0, of_b = d3_distance(p, d3_make(23.3, 19.7, 19.4)) - 8.0;
-        double side = operation == SPRINGLS_UNION ? fmin(of_a, of_b) : fmax(of_a, operation == SPRINGLS_DIFFERENCE ? -of_b : of_b);
+        double side = operation == SPRINGLS_UNION ? fmin(of_a, of_b) : fmax(of_a,
+                                                                            operation == SPRINGLS_DIFFERENCE ? -of_b : of_b);
         ASSERT_IN_RANGE(0.0, side, 0.35);
     }
     springls_destroy(a);
@@ -70,7 +72,8 @@ TEST boxes(int operation)
 TEST without_a_seam(void)
 {
     springls_context *a = ball_at(10.0f, 5.0f);
-    springls_sphere far = fixture_ball(28.0f, 19.7f, 19.4f, 5.0f), inner = fixture_ball(10.0f, 19.7f, 19.4f, 3.0f), same = fixture_ball(10.0f, 19.7f, 19.4f, 5.0f);
+    springls_sphere far = fixture_ball(28.0f, 19.7f, 19.4f, 5.0f), inner = fixture_ball(10.0f, 19.7f, 19.4f, 3.0f),
+        same = fixture_ball(10.0f, 19.7f, 19.4f, 5.0f);
     springls_box left = box_at(12.25f, 19.7f, 5.0f), right = box_at(22.25f, 19.7f, 5.0f);
     ASSERT_OK(springls_combine_implicit(a, SPRINGLS_UNION, springls_implicit_sphere, &far));
     CHECK_CALL(check(a, 2.0 * ball(5.0), 0.05, 2, 4));
@@ -127,7 +130,8 @@ TEST attributes_of_both(void)
     ASSERT_OK(springls_springl_materials(a, places));
     for (i = 0; i < colour.count; i++) {
         d3 p = d3_of(fixture_particle(a, i));
-        double of_a = fabs(d3_distance(p, d3_make(15.3, 19.7, 19.4)) - 8.0), of_b = fabs(d3_distance(p, d3_make(23.3, 19.7, 19.4)) - 7.0);
+        double of_a = fabs(d3_distance(p, d3_make(15.3, 19.7, 19.4)) - 8.0),
+            of_b = fabs(d3_distance(p, d3_make(23.3, 19.7, 19.4)) - 7.0);
         float expected = of_a < of_b ? 1.0f : 2.0f;
         if (fabs(of_a - of_b) < 0.5) continue; /* at the seam */
         ASSERT_EQ(expected, colour.data[i]);
@@ -236,7 +240,8 @@ TEST smooths(void)
 TEST remeshes(void)
 {
     static const float corner[24] = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1 };
-    static const int triangles[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5 };
+    static const int triangles[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2,
+                                       1, 3, 7, 1, 7, 5 };
     springls_attribute_desc desc = { "face", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
     springls_context *a = fixture_context(SIZE, NULL);
     float positions[24], face[12];
@@ -266,7 +271,8 @@ TEST remeshes(void)
 
 TEST refusals(void)
 {
-    springls_context *a = ball_at(19.0f, 6.0f), *b = ball_at(19.0f, 6.0f), *small = fixture_sphere(32, NULL, 15.0f, 15.0f, 15.0f, 5.0f);
+    springls_context *a = ball_at(19.0f, 6.0f), *b = ball_at(19.0f, 6.0f),
+        *small = fixture_sphere(32, NULL, 15.0f, 15.0f, 15.0f, 5.0f);
     springls_context *wide, *empty = fixture_context(SIZE, NULL);
     springls_params params = springls_default_params();
     springls_sphere gone = fixture_ball(500.0f, 0.0f, 0.0f, 3.0f);

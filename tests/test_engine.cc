@@ -1,4 +1,5 @@
-/* test_engine.cc - the game loop of examples/engine_embed.cpp on a small grid, and the code of docs/engine.md. No time is asserted. */
+/* test_engine.cc - the game loop of examples/engine_embed.cpp on a small grid, and the code of docs/engine.md. No time is
+   asserted. */
 #define ENGINE_EMBED_TEST
 #include "../examples/engine_embed.cpp"
 
@@ -46,8 +47,10 @@ TEST steps_take_many_frames(void)
 
 TEST arguments_are_checked(void)
 {
-    char name[] = "engine_embed", grid[] = "--grid", bad[] = "7", unknown[] = "--fast", quiet[] = "--quiet", frames[] = "--frames", one[] = "1", small[] = "32";
-    char *too_small[] = {name, grid, bad}, *not_known[] = {name, unknown}, *missing[] = {name, grid}, *good[] = {name, quiet, frames, one, grid, small};
+    char name[] = "engine_embed", grid[] = "--grid", bad[] = "7", unknown[] = "--fast", quiet[] = "--quiet",
+         frames[] = "--frames", one[] = "1", small[] = "32";
+    char *too_small[] = {name, grid, bad}, *not_known[] = {name, unknown}, *missing[] = {name, grid},
+         *good[] = {name, quiet, frames, one, grid, small};
     ASSERT_EQ(2, engine::main(3, too_small));
     ASSERT_EQ(2, engine::main(2, not_known));
     ASSERT_EQ(2, engine::main(2, missing));

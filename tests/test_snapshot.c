@@ -1,8 +1,8 @@
-/* test_snapshot.c - a snapshot goes on to the bit, here, elsewhere and on the other backend; a block that is not good is refused, and
-   the model stays as it was. */
+/* test_snapshot.c - a snapshot goes on to the bit, here, elsewhere and on the other backend; a block that is not good is
+   refused, and the model stays as it was. */
 #include "fixtures.h"
 
-enum { FLUID, FLUID_PAPER, ELASTIC, LOCKED, PRESERVED, EDGES, MESH, SCENES };
+enum { FLUID, FLUID_PAPER, ELASTIC, LOCKED, PRESERVED, EDGES, MESH, COMBINED, SCENES };
 enum { SIZE = 24 };
 
 typedef struct scene {
@@ -24,7 +24,9 @@ static springls_status ball_mesh(springls_context *ctx)
         mesh.triangles[3 * t] = mesh.triangles[3 * t + 1];
         mesh.triangles[3 * t + 1] = corner;
     }
-    if (status == SPRINGLS_OK) status = springls_set_mesh(ctx, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL);
+    if (status == SPRINGLS_OK)
+        status =
+            springls_set_mesh(ctx, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL);
     springls_mesh_free(other, &mesh);
     springls_destroy(other);
     return status;
@@ -38,7 +40,8 @@ static springls_status scene_begin(scene *s, int which, const springls_tasks *ta
     springls_desc desc = fixture_desc(SIZE, empty ? NULL : &p);
     springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
     springls_box box = { { 11.5f, 11.5f, 11.5f }, { 5.0f, 4.0f, 6.0f } };
-    springls_attribute_desc colour = { "colour", 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND }, label = { "label", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
+    springls_attribute_desc colour = {"colour", 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND},
+                            label = {"label", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY};
     int i;
     memset(s, 0, sizeof *s);
     p.resample_period = 3;
@@ -53,7 +56,13 @@ static springls_status scene_begin(scene *s, int which, const springls_tasks *ta
     SPRINGLS__TRY(springls_create(&desc, &s->ctx));
     if (empty) return SPRINGLS_OK;
     if (which == MESH) SPRINGLS__TRY(ball_mesh(s->ctx));
-    else SPRINGLS__TRY(which == EDGES ? springls_set_implicit(s->ctx, springls_implicit_box, &box) : springls_set_implicit(s->ctx, springls_implicit_sphere, &ball));
+    else
+        SPRINGLS__TRY(which == EDGES ? springls_set_implicit(s->ctx, springls_implicit_box, &box)
+                                     : springls_set_implicit(s->ctx, springls_implicit_sphere, &ball));
+    if (which == COMBINED) {
+        springls_sphere bite = fixture_ball(14.0f, 11.0f, 12.0f, 4.0f);
+        SPRINGLS__TRY(springls_combine_implicit(s->ctx, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &bite));
+    }
     if (which == FLUID || which == MESH) {
         float *values = (float *)malloc(3 * (size_t)springls_count(s->ctx) * sizeof *values);
         for (i = 0; i < 3 * springls_count(s->ctx); i++) values[i] = 0.01f * (float)(i % 97);

@@ -42,7 +42,11 @@ static springls_status scene_begin(scene *s, int which)
     s->flow.grid_size = (float)SIZE;
     s->flow.period = 3.0f;
     s->forces = fixture_forces(springls_velocity_deformation, &s->flow);
-    s->step = fixture_step(&s->forces, which == ELASTIC || which == ELASTIC_PAPER ? SPRINGLS_ELASTIC : which == ONLY_ADVECT ? SPRINGLS_ADVECT_ONLY : SPRINGLS_FLUID, 0.03f);
+    s->step = fixture_step(&s->forces,
+                           which == ELASTIC || which == ELASTIC_PAPER ? SPRINGLS_ELASTIC
+                               : which == ONLY_ADVECT                 ? SPRINGLS_ADVECT_ONLY
+                                                                      : SPRINGLS_FLUID,
+                           0.03f);
     if (which == CUT) {
         s->step.dt = 0.12f;
         s->step.max_displacement = 0.6f;
@@ -51,7 +55,8 @@ static springls_status scene_begin(scene *s, int which)
     if (which == FAR) s->step.dt = 0.4f; /* further than phi can be carried */
     status = springls_create(&desc, &s->ctx);
     if (status != SPRINGLS_OK) return status;
-    return which == EDGES ? springls_set_implicit(s->ctx, springls_implicit_box, &box) : springls_set_implicit(s->ctx, springls_implicit_sphere, &ball);
+    return which == EDGES ? springls_set_implicit(s->ctx, springls_implicit_box, &box)
+                          : springls_set_implicit(s->ctx, springls_implicit_sphere, &ball);
 }
 
 /* Anything that may be asked while a step is in progress. */
@@ -63,7 +68,9 @@ static springls_status look_around(springls_context *ctx)
     SPRINGLS__TRY(springls_sample_distance(ctx, points, 2, out));
     SPRINGLS__TRY(springls_inside(ctx, points, 2, inside));
     SPRINGLS__TRY(springls_closest(ctx, points, 2, hit));
-    if (hit[0].springl < 0 || hit[0].springl >= springls_count(ctx) || springls_view_particles(ctx).count != springls_count(ctx)) return SPRINGLS_NON_FINITE;
+    if (hit[0].springl < 0 || hit[0].springl >= springls_count(ctx)
+        || springls_view_particles(ctx).count != springls_count(ctx))
+        return SPRINGLS_NON_FINITE;
     return springls_raycast(ctx, points, points + 3, 1, 0.0f, hit);
 }
 
@@ -147,7 +154,24 @@ ASSERT_LT(longest, budget + cost * 4.0 * springls_count(s.ctx));
     PASS();
 }
 
-typedef enum ender { BY_STEP, BY_STAGE, BY_PARAMS, BY_TIME, BY_MASK, BY_REFERENCE, BY_SPEED, BY_MESH, BY_MEASURE, BY_CHUNKS, BY_SNAPSHOT, BY_ATTRIBUTE, BY_BEGIN, ENDERS } ender;
+typedef enum ender {
+    BY_STEP,
+    BY_STAGE,
+    BY_PARAMS,
+    BY_TIME,
+    BY_MASK,
+    BY_REFERENCE,
+    BY_SPEED,
+    BY_MESH,
+    BY_MEASURE,
+    BY_CHUNKS,
+    BY_SNAPSHOT,
+    BY_ATTRIBUTE,
+    BY_OFFSET,
+    BY_COMBINING,
+    BY_BEGIN,
+    ENDERS
+} ender;
 
 static springls_status end_by(scene *s, ender which)
 {
@@ -157,6 +181,7 @@ static springls_status end_by(scene *s, ender which)
     springls_mesh mesh;
     springls_chunks *chunks;
     const springls_chunk *changed;
+    springls_sphere bite = fixture_ball(13.0f, 12.0f, 12.0f, 4.0f);
     springls_attribute_desc heat = { "heat", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
     springls_status status = SPRINGLS_OK;
     float speed;
@@ -181,6 +206,8 @@ static springls_status end_by(scene *s, ender which)
         springls_chunks_destroy(ctx, chunks);
         return status;
     case BY_SNAPSHOT: return springls_snapshot(ctx, SPRINGLS_SNAPSHOT_ALL, NULL, 0, &size);
+    case BY_OFFSET: return springls_offset(ctx, 0.5f);
+    case BY_COMBINING: return springls_combine_implicit(ctx, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &bite);
     case BY_ATTRIBUTE: return springls_add_attribute(ctx, &heat, NULL, NULL);
     default: return springls_step_begin(ctx, &s->step);
     }
@@ -295,7 +322,8 @@ static void watch(void *user, int stage, int begin, double seconds)
     unbalanced += depth[stage] < 0 || depth[stage] > 1 || seconds < 0.0;
 }
 
-/* Every stage that has begun for the trace ends there, of steps that are dropped too, and its clock stands still between parts. */
+/* Every stage that has begun for the trace ends there, of steps that are dropped too, and its clock stands still between
+   parts. */
 TEST stages_are_traced_once(void)
 {
     springls_desc desc = fixture_desc(SIZE, NULL);

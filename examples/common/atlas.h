@@ -236,7 +236,6 @@ bool atlas_fail(const char *format, ...)
     ;
 bool atlas_no_memory(void);
 bool atlas_check(const springls_context *ctx, springls_status status, const char *doing);
-bool atlas_may_print(const struct cli_common *common);
 
 void atlas_mesh_free(struct atlas_mesh *mesh);
 bool atlas_mesh_copy(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct atlas_mesh *mesh);

@@ -128,7 +128,7 @@ static bool make_correspondences(struct atlas_build *build)
     const struct atlas_subject *first = &build->subjects[0];
     const int rounds = set->count > 1 ? set->rounds : 1;
     struct progress bar;
-    progress_begin(&bar, "atlas build", (size_t)(rounds * set->count), !atlas_may_print(&set->common));
+    progress_begin(&bar, "atlas build", (size_t)(rounds * set->count), !cli_may_print(&set->common));
     build->backend = run_backend("atlas build", &set->common);
     bool good = atlas_template_create(&first->mesh, first->target.open, true, set->common.grid, &build->params, build->backend,
                                       &build->template);

@@ -227,7 +227,7 @@ static bool write_all(const struct atlas_build *build)
 bool atlas_build_output(const struct atlas_build *build)
 {
     const struct cli_common *common = &build->settings.common;
-    if (atlas_may_print(common)) {
+    if (cli_may_print(common)) {
         print_summary(build);
     }
     return (!common->out || write_all(build)) && (!common->json || report(build, common->json));

@@ -164,7 +164,7 @@ static bool settle(struct atlas_segment *run, struct field *field)
         forces.pressure = flow_along_normal;
     }
     memset(&watch, 0, sizeof watch);
-    progress_begin(&bar, "springls", (size_t)set->steps, !atlas_may_print(&set->common));
+    progress_begin(&bar, "springls", (size_t)set->steps, !cli_may_print(&set->common));
     bool good = segment_watch_look(&watch, run->ctx, 0.0f, &moving) || atlas_no_memory();
     for (int s = 1; good && s <= set->steps && !run->at_rest; ++s) {
         good = atlas_check(run->ctx, springls_step(run->ctx, &step), "step");

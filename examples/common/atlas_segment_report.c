@@ -132,9 +132,9 @@ static bool write_labels(const struct atlas_segment *run, const uint8_t *mask, c
     }
     for (size_t n = 0; n < voxels; ++n) {
         if (mask[n]) {
-            const size_t row = n / (size_t)image->dims[0];
-            const float index[3] = {(float)(n % (size_t)image->dims[0]), (float)(row % (size_t)image->dims[1]),
-                                    (float)(row / (size_t)image->dims[1])};
+            int at[3];
+            volume_place(image->dims, n, at);
+            const float index[3] = {(float)at[0], (float)at[1], (float)at[2]};
             float place[3];
             struct target_hit hit;
             volume_index_to_world(image, index, place);
@@ -219,7 +219,7 @@ bool atlas_segment_output(const struct atlas_segment *run)
 {
     const struct cli_common *common = &run->settings.common;
     char path[1024];
-    if (atlas_may_print(common)) {
+    if (cli_may_print(common)) {
         print_summary(run);
     }
     if (common->out) {

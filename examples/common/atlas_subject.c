@@ -4,6 +4,7 @@
 #include "atlas.h"
 
 #include "mesh_io.h"
+#include "run_options.h"
 #include "segment_image.h"
 #include "segment_model.h"
 
@@ -18,26 +19,18 @@ enum { MARGIN = 4 };
 
 bool atlas_fail(const char *format, ...)
 {
-    char text[512];
     va_list list;
     va_start(list, format);
-    vsnprintf(text, sizeof text, format, list);
+    const bool failed = cli_failed("atlas", format, list);
     va_end(list);
-    cli_fail("atlas", CLI_EXIT_FAILURE, "%s", text);
-    return false;
+    return failed;
 }
 
 bool atlas_no_memory(void) { return atlas_fail("not enough memory"); }
 
 bool atlas_check(const springls_context *ctx, springls_status status, const char *doing)
 {
-    const char *why = status == SPRINGLS_OK ? "" : springls_last_error(ctx);
-    return status == SPRINGLS_OK || atlas_fail("%s: %s", doing, why[0] ? why : springls_status_string(status));
-}
-
-bool atlas_may_print(const struct cli_common *common)
-{
-    return !common->quiet && !(common->json && strcmp(common->json, "-") == 0);
+    return run_check("atlas", ctx, status, doing);
 }
 
 void atlas_mesh_free(struct atlas_mesh *mesh)

@@ -39,15 +39,26 @@ static int common_options(const struct cli_program *program, struct cli_option o
     return COMMON_COUNT;
 }
 
+bool cli_failed(const char *name, const char *format, va_list arguments)
+{
+    fprintf(stderr, "%s: ", name);
+    vfprintf(stderr, format, arguments);
+    fputc('\n', stderr);
+    return false;
+}
+
 int cli_fail(const char *name, int status, const char *format, ...)
 {
     va_list arguments;
-    fprintf(stderr, "%s: ", name);
     va_start(arguments, format);
-    vfprintf(stderr, format, arguments);
+    cli_failed(name, format, arguments);
     va_end(arguments);
-    fputc('\n', stderr);
     return status;
+}
+
+bool cli_may_print(const struct cli_common *common)
+{
+    return !common->quiet && !(common->json && strcmp(common->json, "-") == 0);
 }
 
 bool cli_read_double(const char *text, double *value)

@@ -16,6 +16,7 @@
 #ifndef EXAMPLES_COMMON_CLI_H
 #define EXAMPLES_COMMON_CLI_H
 
+#include <stdarg.h>
 #include <stdbool.h>
 
 enum cli_type {
@@ -83,6 +84,12 @@ int cli_fail(const char *name, int status, const char *format, ...)
     __attribute__((format(printf, 3, 4)))
 #endif
     ;
+
+/* The same with CLI_EXIT_FAILURE for wrappers that know the program's name: false, so that they can be returned. */
+bool cli_failed(const char *name, const char *format, va_list arguments);
+
+/* May the program print on standard output: no --quiet, no --json there? */
+bool cli_may_print(const struct cli_common *common);
 
 /* Strict readers, also useful on their own: the whole text, finite, no blanks. */
 bool cli_read_double(const char *text, double *value);

@@ -115,8 +115,9 @@ bool field_invert(const struct field *field, const struct volume *like, struct f
     field_sample(map_back, field, inverse);
     *remains = 0.0;
     for (size_t n = 0; n < volume_voxels(like); ++n) {
-        const size_t row = (size_t)like->dims[0], slice = row * (size_t)like->dims[1];
-        const float index[3] = {(float)(n % row), (float)(n % slice / row), (float)(n / slice)};
+        int place[3];
+        volume_place(like->dims, n, place);
+        const float index[3] = {(float)place[0], (float)place[1], (float)place[2]};
         float y[3], x[3], again[3];
         volume_index_to_world(like, index, y);
         for (int c = 0; c < 3; ++c) {

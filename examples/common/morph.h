@@ -58,6 +58,7 @@ struct morph_frame {
     double weight_error;  /* largest |sum of bone weights - 1| of its vertices */
     double distance;      /* mean |target's signed distance| of particles, voxels */
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
+    double far;           /* share of the target's vertices that are more than a voxel from the model */
     double seconds, seconds_skinning, seconds_contour, seconds_target;
     int springls;
     int64_t split, added, removed;

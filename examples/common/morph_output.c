@@ -218,6 +218,7 @@ bool morph_report(const struct morph *morph, const char *path)
         json_integer(&json, "euler", frame->check.euler);
         json_number(&json, "distance_voxels", frame->distance);
         json_number(&json, "missing_voxels", frame->missing);
+        json_number(&json, "share_beyond_a_voxel", frame->far);
         json_number(&json, "seconds", frame->seconds);
         json_object_end(&json);
     }

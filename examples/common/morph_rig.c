@@ -88,6 +88,29 @@ static struct influences of_bones(const float *weights, int count, const int *jo
     return in;
 }
 
+/* The last bones of hands, feet and heads have no joint at their end: they reach on, four fifths of the way to the surface. */
+static bool reach_on(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints, int count)
+{
+    struct bvh bvh;
+    if (!bvh_build(&bvh, mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count)) {
+        return morph_no_memory();
+    }
+    for (int b = 0; b < count; ++b) {
+        bool last = true;
+        for (int j = joints[b] + 1; j < body->joint_count; ++j) {
+            last = last && !(body->joints[j].parent == joints[b] && body->joints[j].bone);
+        }
+        float way[3];
+        struct bvh_hit hit;
+        vec3_sub(bones[b].to, bones[b].from, way);
+        if (last && vec3_normalize(way) > 0.0f && bvh_nearest_hit(&bvh, bones[b].from, way, 0.0f, INFINITY, &hit)) {
+            vec3_add_scaled(bones[b].from, 0.8f * hit.t, way, bones[b].to);
+        }
+    }
+    bvh_free(&bvh);
+    return true;
+}
+
 static bool add_weights(const struct character *body, struct rig_mesh *mesh)
 {
     const size_t most = 2 * (size_t)body->joint_count + 1;
@@ -97,7 +120,7 @@ static bool add_weights(const struct character *body, struct rig_mesh *mesh)
     float *weights = malloc(((size_t)mesh->vertex_count * (size_t)count + 1) * sizeof *weights);
     mesh->influences = malloc(((size_t)mesh->vertex_count + 1) * sizeof *mesh->influences);
     bool good = (bones && joints && weights && mesh->influences) || morph_no_memory();
-    good = good
+    good = good && reach_on(body, mesh, bones, joints, count)
            && (heat_weights(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, bones, count, weights, &mesh->heat)
                || morph_fail("no bone is seen from the body's surface"));
     for (int v = 0; good && v < mesh->vertex_count; ++v) {

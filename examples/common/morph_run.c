@@ -12,7 +12,8 @@
 
 enum { MARGIN = 5, LEAD_IN = 8 }; /* voxels around; steps from the neutral pose to the first frame */
 
-#define COINCIDE 0.125 /* voxels: the mean distance, both ways, below which the two are one */
+#define COINCIDE 0.125  /* voxels: the mean distance, both ways, below which the two are one... */
+#define LEFT_OVER 0.005 /* ...when no more than this share of the target is further than a voxel away: tips grow last */
 
 bool morph_fail(const char *format, ...)
 {
@@ -376,15 +377,16 @@ static bool contour_steps(struct morph *morph)
 
 /* ---- what a frame is worth ---- */
 
-/* Mean of |phi| of one context at points of the other, voxels. */
-static bool mean_distance(const struct morph *morph, springls_context *ctx, const float *world, int count, double *mean)
+/* Mean of |phi| of one context at points of the other, voxels, and the share of points beyond one. */
+static bool mean_distance(const struct morph *morph, springls_context *ctx, const float *world, int count, double *mean, double *far)
 {
     float *distance = malloc(((size_t)count + 1) * sizeof *distance);
     bool good = distance || morph_no_memory();
     good = good && morph_check(ctx, springls_sample_distance(ctx, world, count, distance), "distance");
-    *mean = 0.0;
+    *mean = *far = 0.0;
     for (int i = 0; good && i < count; ++i) {
         *mean += fabs((double)distance[i]) / (morph->grid.spacing[0] * count);
+        *far += fabs((double)distance[i]) > morph->grid.spacing[0] ? 1.0 / count : 0.0;
     }
     free(distance);
     return good;
@@ -437,8 +439,8 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
     if (good) {
         springls_to_world(morph->ctx, world, particles.count, world);
     }
-    good = good && mean_distance(morph, morph->other, world, particles.count, &frame->distance)
-           && mean_distance(morph, morph->ctx, morph->target_mesh.positions, morph->target_mesh.vertex_count, &frame->missing)
+    good = good && mean_distance(morph, morph->other, world, particles.count, &frame->distance, &frame->far)
+           && mean_distance(morph, morph->ctx, morph->target_mesh.positions, morph->target_mesh.vertex_count, &frame->missing, &frame->far)
            && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && look_up(morph, frame);
     free(world);
     frame->specks = good ? mesh_drop_specks(frame->mesh.positions, frame->mesh.vertex_count, frame->mesh.triangles,
@@ -540,7 +542,7 @@ bool morph_run(struct morph *morph)
         good = run_frame(morph, f);
         morph->frame_count += good;
         const struct morph_frame *frame = &morph->frames[f];
-        if (good && frame->distance < COINCIDE && frame->missing < COINCIDE) {
+        if (good && frame->distance < COINCIDE && frame->missing < COINCIDE && frame->far < LEFT_OVER) {
             morph->coincided = f;
         }
         progress_update(&bar, (size_t)f + 1, NULL);

@@ -208,3 +208,14 @@ int run_create(const char *program, springls_desc *desc, springls_context **ctx)
     }
     return CLI_GO_ON;
 }
+
+bool run_check(const char *program, const springls_context *ctx, springls_status status, const char *doing)
+{
+    const char *why = status == SPRINGLS_OK ? "" : springls_last_error(ctx);
+    if (status == SPRINGLS_OK) {
+        return true;
+    }
+    cli_fail(program, CLI_EXIT_FAILURE, "%s: %s", doing,
+             status == SPRINGLS_EMPTY_MODEL ? "no surface inside the image" : why[0] ? why : springls_status_string(status));
+    return false;
+}

@@ -29,6 +29,9 @@ springls_backend *run_backend(const char *program, const struct cli_common *comm
 /* What reports call it: "scalar", or the name of the device. */
 const char *run_backend_name(const springls_backend *backend);
 
+/* True when `status` is good; else one line on stderr, which begins with program and `doing`. */
+bool run_check(const char *program, const springls_context *ctx, springls_status status, const char *doing);
+
 /* springls_create, with its reason for a refusal on stderr: CLI_GO_ON, or the exit status. Timed by the wall clock. */
 int run_create(const char *program, springls_desc *desc, springls_context **ctx);
 

@@ -122,9 +122,6 @@ bool segment_report(const struct segment *run, const char *path); /* JSON */
 void segment_end_object(struct segment *run);
 void segment_free(struct segment *run);
 
-/* May it print on standard output? */
-bool segment_may_print(const struct segment *run);
-
 /* One line on stderr; false, so that callers can return it. */
 bool segment_fail(const char *format, ...)
 #if defined(__GNUC__)

@@ -343,13 +343,6 @@ static bool is_set_around(const int dims[3], const uint8_t *flags, const int pla
     return set;
 }
 
-static void place_of(const int dims[3], size_t n, int place[3])
-{
-    place[0] = (int)(n % (size_t)dims[0]);
-    place[1] = (int)(n / (size_t)dims[0] % (size_t)dims[1]);
-    place[2] = (int)(n / ((size_t)dims[0] * (size_t)dims[1]));
-}
-
 static bool is_on_edge(const int dims[3], const int place[3])
 {
     int faces = 0;
@@ -366,7 +359,7 @@ static size_t let_ball_in(const int dims[3], const float *shut, int *parts, int 
     size_t count = 0;
     int place[3];
     for (size_t n = 0; n < total; ++n) {
-        place_of(dims, n, place);
+        volume_place(dims, n, place);
         if (parts[n] == 0 && shut[n] > 0.0f && is_on_edge(dims, place)) {
             count += (size_t)flood(dims, shut, (int)n, 1, parts, queue);
         }
@@ -386,17 +379,17 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
     int *parts = calloc(total, sizeof *parts), *queue = malloc(total * sizeof *queue), place[3];
     const bool good = object && reached && shut && parts && queue;
     for (size_t n = 0; good && n < total; ++n) {
-        place_of(dims, n, place);
+        volume_place(dims, n, place);
         const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
         object[n] = padded->data[voxel_index(padded->dims, there)] > 0.0f;
     }
     for (size_t n = 0; good && n < total; ++n) {
-        place_of(dims, n, place);
+        volume_place(dims, n, place);
         shut[n] = is_set_around(dims, object, place) ? -1.0f : 1.0f;
     }
     if (good && let_ball_in(dims, shut, parts, queue, reached) > 0) { /* else the image has no outside */
         for (size_t n = 0; n < total; ++n) {
-            place_of(dims, n, place);
+            volume_place(dims, n, place);
             if (!object[n] && !is_set_around(dims, reached, place)) {
                 const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
                 padded->data[voxel_index(padded->dims, there)] = fminf(1.0f, -box_distance(image, place) / size);

@@ -37,7 +37,7 @@ static bool read_image(struct segment *run)
     if (!read_volume(run, run->settings.image, image)) {
         return false;
     }
-    if (image->note[0] && segment_may_print(run)) {
+    if (image->note[0] && cli_may_print(&run->settings.common)) {
         printf("note: %s\n", image->note);
     }
     if (image->dims[0] < 4 || image->dims[1] < 4 || image->dims[2] < 4) {
@@ -84,7 +84,7 @@ static bool choose_window(struct segment *run)
         const float level = isnan(set->level) ? segment_otsu(image) : (float)set->level;
         low = set->dark ? image->minimum - never : level;
         high = set->dark ? level : image->maximum + never;
-        if (isnan(set->level) && segment_may_print(run)) {
+        if (isnan(set->level) && cli_may_print(&run->settings.common)) {
             printf("level %.6g (Otsu's threshold)\n", (double)level);
         }
     }
@@ -185,7 +185,7 @@ static bool place_mask(struct segment *run, const struct volume *mask, struct vo
     free(inside);
     if (good) {
         mirror_apply(&mirror, mask, placed, placed->data);
-        if (segment_may_print(run)) {
+        if (cli_may_print(&run->settings.common)) {
             printf("mirrored: the two sides differ by %.3f of the ramp\n", mirror.misfit);
         }
     }

@@ -14,32 +14,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-bool segment_may_print(const struct segment *run)
-{
-    const struct cli_common *common = &run->settings.common;
-    return !common->quiet && !(common->json && common->json[0] == '-' && common->json[1] == '\0');
-}
-
 bool segment_fail(const char *format, ...)
 {
-    char text[512];
     va_list list;
     va_start(list, format);
-    vsnprintf(text, sizeof text, format, list);
+    const bool failed = cli_failed("segment", format, list);
     va_end(list);
-    cli_fail("segment", CLI_EXIT_FAILURE, "%s", text);
-    return false;
+    return failed;
 }
 
 bool segment_no_memory(void) { return segment_fail("not enough memory"); }
 
 bool segment_check(const springls_context *ctx, springls_status status, const char *doing)
 {
-    const char *why = status == SPRINGLS_OK ? "" : springls_last_error(ctx);
-    if (status == SPRINGLS_EMPTY_MODEL) {
-        return segment_fail("%s: no surface inside the image", doing);
-    }
-    return status == SPRINGLS_OK || segment_fail("%s: %s", doing, why[0] ? why : springls_status_string(status));
+    return run_check("segment", ctx, status, doing);
 }
 
 /* Grey values so that the level is in the middle. */
@@ -259,7 +247,7 @@ bool segment_report(const struct segment *run, const char *path)
 void segment_print_summary(const struct segment *run)
 {
     const struct segment_result *result = run->result;
-    if (!segment_may_print(run)) {
+    if (!cli_may_print(&run->settings.common)) {
         return;
     }
     if (run->settings.object_count > 1) {

@@ -158,7 +158,7 @@ static bool evolve(struct segment *run)
     result->voxel = segment_choose_side(run);
     result->levels = segment_choose_levels(run);
     const double begin = elapsed_seconds();
-    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)result->levels, !segment_may_print(run));
+    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)result->levels, !cli_may_print(&run->settings.common));
     for (int level = result->levels - 1; fine && level >= 0; --level) {
         fine = segment_enter_level(run, ldexpf(result->voxel, level), &coarse)
             && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));

@@ -121,7 +121,6 @@ bool track_report(const struct track *track, const char *path);
 
 void track_free(struct track *track);
 
-bool track_may_print(const struct track *track);
 /* One line on stderr; false, so that callers can return it. */
 bool track_fail(const char *format, ...)
 #if defined(__GNUC__)

@@ -217,9 +217,10 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
 static struct beat make_beat(const struct track *track)
 {
     double sum[3] = {0.0, 0.0, 0.0}, square = 0.0, number = 0.0;
-    const size_t row = (size_t)track->image.dims[0], slice = row * (size_t)track->image.dims[1];
     for (size_t n = 0; n < volume_voxels(&track->image); ++n) {
-        const float index[3] = {(float)(n % row), (float)(n % slice / row), (float)(n / slice)};
+        int place[3];
+        volume_place(track->image.dims, n, place);
+        const float index[3] = {(float)place[0], (float)place[1], (float)place[2]};
         float x[3];
         if (track->mask[n] > 0.0f) {
             volume_index_to_world(&track->image, index, x);

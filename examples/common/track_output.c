@@ -18,32 +18,20 @@
 enum { MOST_PICTURES = 5, MODES_SHOWN = 2, TITLE = 96 };
 static const float from_the_front[3] = {0.35f, 1.0f, 0.25f}, upwards[3] = {0.0f, 0.0f, 1.0f};
 
-bool track_may_print(const struct track *track)
-{
-    const struct cli_common *common = &track->settings.common;
-    return !common->quiet && !(common->json && strcmp(common->json, "-") == 0);
-}
-
 bool track_fail(const char *format, ...)
 {
-    char text[512];
     va_list list;
     va_start(list, format);
-    vsnprintf(text, sizeof text, format, list);
+    const bool failed = cli_failed("track4d", format, list);
     va_end(list);
-    cli_fail("track4d", CLI_EXIT_FAILURE, "%s", text);
-    return false;
+    return failed;
 }
 
 bool track_no_memory(void) { return track_fail("not enough memory"); }
 
 bool track_check(const springls_context *ctx, springls_status status, const char *doing)
 {
-    const char *why = status == SPRINGLS_OK ? "" : springls_last_error(ctx);
-    if (status == SPRINGLS_EMPTY_MODEL) {
-        return track_fail("%s: no surface inside the image", doing);
-    }
-    return status == SPRINGLS_OK || track_fail("%s: %s", doing, why[0] ? why : springls_status_string(status));
+    return run_check("track4d", ctx, status, doing);
 }
 
 /* ---- one frame ---- */
@@ -460,7 +448,7 @@ static void print_steps(const struct track *track)
 void track_print(const struct track *track)
 {
     const double side = (double)track->grid.spacing[0];
-    if (!track_may_print(track)) {
+    if (!cli_may_print(&track->settings.common)) {
         return;
     }
     printf("%d springls, voxels of %.3g mm\n", track->mesh.triangle_count, side);

@@ -313,7 +313,7 @@ bool track_run(struct track *track)
     struct progress bar;
     size_t done = 1;
     const double begin = elapsed_seconds();
-    progress_begin(&bar, "track4d", (size_t)track->frame_count, !track_may_print(track));
+    progress_begin(&bar, "track4d", (size_t)track->frame_count, !cli_may_print(&track->settings.common));
     bool good = do_frame(track, track->settings.reference, NULL) && go(track, 1, &bar, &done) && go(track, -1, &bar, &done);
     progress_end(&bar);
     good = good && find_modes(track);

@@ -133,26 +133,47 @@ static bool over_second(struct viewer_app *app, struct viewer_brush *spot)
     return hit;
 }
 
-static bool place_second(struct viewer_app *app, const char *path)
+/* At its place, from its file or as a ball. */
+static bool make_second(struct viewer_app *app)
 {
-    const float *place = app->hover ? app->brush.center : app->model.middle;
-    const bool good = path ? viewer_model_second_file(&app->second, &app->model, place, 2.0f * app->brush.radius, path)
-                           : viewer_model_second_ball(&app->second, &app->model, place, app->brush.radius);
+    const float *at = app->second_place, radius = app->second_radius;
+    const bool good = *app->second_path ? viewer_model_second_file(&app->second, &app->model, at, radius, app->second_path)
+                                        : viewer_model_second_ball(&app->second, &app->model, at, radius);
     memset(app->offset, 0, sizeof app->offset);
-    if (!good) {
-        say(app, app->second.error);
-    } else {
-        say(app, "drag the second body; enter merges it, escape takes it away");
-    }
+    say(app, good ? "drag the second body; enter merges it, escape takes it away" : app->second.error);
     return good;
 }
 
+static bool place_second(struct viewer_app *app, const char *path)
+{
+    memcpy(app->second_place, app->hover ? app->brush.center : app->model.middle, sizeof app->second_place);
+    app->second_radius = (path ? 2.0f : 1.0f) * app->brush.radius;
+    snprintf(app->second_path, sizeof app->second_path, "%s", path ? path : "");
+    return make_second(app);
+}
+
+/* A change in one go. One that fails may leave the model empty: it is taken back. */
+static void change(struct viewer_app *app, bool good)
+{
+    char error[VIEWER_TEXT];
+    if (!done(app, good) && app->history.at > 0) {
+        snprintf(error, sizeof error, "%s", app->model.error);
+        viewer_history_undo(&app->history, &app->model);
+        say(app, error);
+    }
+}
+
+/* Where it has been dragged to it is made once more: a level set is not moved without a loss. */
 static void merge_second(struct viewer_app *app)
 {
-    if (app->second.ctx) {
-        done(app, viewer_history_keep(&app->history, &app->model) && viewer_merge(&app->model, &app->second, app->offset));
-        viewer_model_free(&app->second);
+    if (!app->second.ctx) {
+        return;
+    }
+    vec3_add_scaled(app->second_place, 1.0f, app->offset, app->second_place);
+    if (make_second(app) && done(app, viewer_history_keep(&app->history, &app->model))) {
         app->message[0] = '\0';
+        change(app, viewer_merge(&app->model, &app->second));
+        viewer_model_free(&app->second);
     }
 }
 
@@ -191,7 +212,9 @@ static void let_go(struct viewer_app *app)
         const struct viewer_ray from = ray_at(app, app->stroke), to = ray_at(app, app->stroke + 2);
         struct viewer_cut cut;
         if (viewer_cut_between(&from, &to, SLAB * app->model.voxel, (app->modifiers & VIEWER_SHIFT) != 0, &cut)) {
-            done(app, viewer_history_keep(&app->history, &app->model) && viewer_subtract(&app->model, &cut));
+            if (done(app, viewer_history_keep(&app->history, &app->model))) {
+                change(app, viewer_subtract(&app->model, &cut));
+            }
         }
     }
     app->hand = VIEWER_IDLE;

@@ -22,7 +22,9 @@ extern const char viewer_manual[]; /* keys and buttons, some lines */
 struct viewer_app {
     struct viewer_model model;
     struct viewer_model second; /* to be merged; no context: there is none */
-    float offset[3];            /* that the second body has been dragged by */
+    float second_place[3], offset[3]; /* where it was made, and how far it has been dragged */
+    float second_radius;
+    char second_path[1024];     /* its file; empty: a ball */
     struct viewer_history history;
     bool kept;              /* the model before the tool's first step is in the history */
     struct viewer_camera camera;

@@ -11,6 +11,8 @@
 #define COLOR "color"          /* the name of the attribute */
 #define BODY_SHARE (2.0 / 3.0) /* of the grid's side: the rest is room to drag and inflate into */
 
+static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND};
+
 static bool refuse(struct viewer_model *model, const char *text)
 {
     snprintf(model->error, sizeof model->error, "%s", text);
@@ -97,29 +99,14 @@ static bool take_box(struct viewer_model *model)
     return true;
 }
 
-static bool set_ball(struct viewer_model *model, const float center[3], float radius)
+static bool set_implicit(struct viewer_model *model, springls_implicit_fn fn, void *user)
 {
-    springls_sphere ball = {{center[0], center[1], center[2]}, radius};
-    return viewer_model_check(model, springls_set_implicit(model->ctx, springls_implicit_sphere, &ball)) && take_box(model);
-}
-
-/* Triangles larger than a voxel are split until none is left that asks for it. */
-static bool split(struct viewer_model *model)
-{
-    int before;
-    do {
-        before = springls_count(model->ctx);
-        if (!viewer_model_check(model, springls_resample(model->ctx))) {
-            return false;
-        }
-    } while (springls_count(model->ctx) > before);
-    return true;
+    return viewer_model_check(model, springls_set_implicit(model->ctx, fn, user)) && take_box(model);
 }
 
 /* Every springl takes the colour of its place on the mesh, and hands it on from there. */
 static bool take_colors(struct viewer_model *model, const struct mesh *mesh, const int *triangles)
 {
-    static const springls_attribute_desc color = {COLOR, 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND};
     const int count = springls_count(model->ctx);
     springls_material *places = malloc((size_t)count * sizeof *places);
     float *values = malloc(3 * (size_t)count * sizeof *values);
@@ -128,7 +115,7 @@ static bool take_colors(struct viewer_model *model, const struct mesh *mesh, con
         status = springls_lookup(places, count, mesh->colors, 3, triangles, (int)mesh->triangle_count, values);
     }
     if (status == SPRINGLS_OK) {
-        status = springls_add_attribute(model->ctx, &color, values, &model->colors);
+        status = springls_add_attribute(model->ctx, &color_attribute, values, &model->colors);
     }
     free(places);
     free(values);
@@ -146,7 +133,7 @@ static bool set_mesh(struct viewer_model *model, const struct mesh *mesh)
     }
     const springls_status status = springls_set_mesh(model->ctx, mesh->positions, (int)mesh->vertex_count, 0, triangles,
                                                      (int)mesh->triangle_count, NULL);
-    const bool good = viewer_model_check(model, status) && split(model) && (!mesh->colors || take_colors(model, mesh, triangles));
+    const bool good = viewer_model_check(model, status) && viewer_model_check(model, springls_remesh(model->ctx)) && (!mesh->colors || take_colors(model, mesh, triangles));
     free(triangles);
     model->unsettled = 2 * springls_get_params(model->ctx).resample_period;
     return good && take_box(model);
@@ -166,9 +153,10 @@ static float box_of(const struct mesh *mesh, float middle[3])
 
 bool viewer_model_ball(struct viewer_model *model, const springls_desc *desc)
 {
-    const float middle[3] = {0.0f, 0.0f, 0.0f}; /* a ball of radius 1 */
+    springls_sphere ball = {{0.0f, 0.0f, 0.0f}, 1.0f};
     struct viewer_model made;
-    const bool good = create_context(&made, desc, middle, 2.0 / (BODY_SHARE * desc->grid.size[0])) && set_ball(&made, middle, 1.0f);
+    const bool good = create_context(&made, desc, ball.center, 2.0 / (BODY_SHARE * desc->grid.size[0]))
+                      && set_implicit(&made, springls_implicit_sphere, &ball);
     return replace(model, &made, good);
 }
 
@@ -195,11 +183,17 @@ bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, co
     return good;
 }
 
-bool viewer_model_second_ball(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius)
+bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user)
 {
     struct viewer_model made;
-    const bool good = create_context(&made, &like->desc, like->middle, (double)like->voxel) && set_ball(&made, place, radius);
+    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_implicit(&made, fn, user);
     return replace(second, &made, good);
+}
+
+bool viewer_model_second_ball(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius)
+{
+    springls_sphere ball = {{place[0], place[1], place[2]}, radius};
+    return viewer_model_second(second, like, springls_implicit_sphere, &ball);
 }
 
 bool viewer_model_second_file(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius,
@@ -215,9 +209,38 @@ bool viewer_model_second_file(struct viewer_model *second, const struct viewer_m
     for (size_t i = 0; i < 3 * mesh.vertex_count; ++i) {
         mesh.positions[i] = place[i % 3] + scale * (mesh.positions[i] - middle[i % 3]);
     }
-    const bool good = create_context(&made, &like->desc, like->middle, (double)like->voxel) && set_mesh(&made, &mesh);
+    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_mesh(&made, &mesh);
     mesh_free(&mesh);
     return replace(second, &made, good);
+}
+
+/* Where one of two bodies has colours, the other becomes grey instead of black. */
+static bool make_grey(struct viewer_model *model)
+{
+    const int count = springls_count(model->ctx);
+    float *values = malloc(3 * (size_t)count * sizeof *values);
+    springls_status status = SPRINGLS_OUT_OF_MEMORY;
+    if (values) {
+        for (int i = 0; i < 3 * count; ++i) {
+            values[i] = 0.6f;
+        }
+        status = springls_add_attribute(model->ctx, &color_attribute, values, &model->colors);
+    }
+    free(values);
+    return viewer_model_check(model, status);
+}
+
+bool viewer_model_combine(struct viewer_model *model, springls_operation operation, struct viewer_model *other)
+{
+    if (model->colors < 0 && other->colors >= 0 && !make_grey(model)) {
+        return false;
+    }
+    if (model->colors >= 0 && other->colors < 0 && !make_grey(other)) {
+        return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+    }
+    ++model->version;
+    model->unsettled = springls_get_params(model->ctx).resample_period;
+    return viewer_model_check(model, springls_combine(model->ctx, operation, other->ctx));
 }
 
 bool viewer_model_step(struct viewer_model *model, const springls_forces *forces)

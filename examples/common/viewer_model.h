@@ -30,11 +30,16 @@ bool viewer_model_ball(struct viewer_model *model, const springls_desc *desc);
 bool viewer_model_mesh(struct viewer_model *model, const springls_desc *desc, const struct mesh *mesh);
 bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, const char *path);
 
-/* One more body in the grid of `like`, about `place`. A mesh is scaled so that its longest side is 2 * radius. */
+/* One more body in the grid of `like`: of a function, a ball about `place`, or a mesh there, scaled so that its longest side is
+ * 2 * radius. */
+bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user);
 bool viewer_model_second_ball(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius);
 bool viewer_model_second_file(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius,
                               const char *path);
 void viewer_model_free(struct viewer_model *model);
+
+/* The other body is on the same grid. After a failure the model may be empty. */
+bool viewer_model_combine(struct viewer_model *model, springls_operation operation, struct viewer_model *other);
 
 /* True when status is OK; else model->error has the sentence. */
 bool viewer_model_check(struct viewer_model *model, springls_status status);

@@ -17,7 +17,8 @@ struct viewer_cut {
 /* False: the two rays are too near to each other. */
 bool viewer_cut_between(const struct viewer_ray *from, const struct viewer_ray *to, float width, bool side, struct viewer_cut *cut);
 
+/* What stays keeps its springls, correspondences and colours. After a failure the model may be empty. */
 bool viewer_subtract(struct viewer_model *model, const struct viewer_cut *cut);
-bool viewer_merge(struct viewer_model *model, struct viewer_model *second, const float offset[3]); /* second + offset */
+bool viewer_merge(struct viewer_model *model, struct viewer_model *second);
 
 #endif

@@ -39,6 +39,14 @@ static inline size_t volume_voxels(const struct volume *v)
     return (size_t)v->dims[0] * (size_t)v->dims[1] * (size_t)v->dims[2];
 }
 
+/* Of voxel data[n]. */
+static inline void volume_place(const int dims[3], size_t n, int place[3])
+{
+    place[0] = (int)(n % (size_t)dims[0]);
+    place[1] = (int)(n / (size_t)dims[0] % (size_t)dims[1]);
+    place[2] = (int)(n / ((size_t)dims[0] * (size_t)dims[1]));
+}
+
 /* Reads frame `frame` (0 for a 3-D file). On failure returns false, leaves an empty volume and says why in `error`. */
 bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 

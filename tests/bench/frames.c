@@ -1,6 +1,7 @@
-/* frames GRID THREADS [FRAMES] - what a frame of interactive work costs: a ball-shaped brush of 0.08 grids pushes the surface of a
- * sphere of radius 0.25 grids in by a voxel a frame, going round; then the chunks that have changed are meshed. One JSON object on
- * stdout: milliseconds of the wall's clock and, less disturbed by what else runs, of the processor. Frames after 20 to settle. */
+/* frames GRID THREADS [FRAMES] - what a frame of interactive work costs: a ball-shaped brush of 0.08 grids pushes the
+ * surface of a sphere of radius 0.25 grids in by a voxel a frame, going round; then the chunks that have changed are
+ * meshed. One JSON object on stdout: milliseconds of the wall's clock and, less disturbed by what else runs, of the
+ * processor. Frames after 20 to settle. */
 #define _POSIX_C_SOURCE 200809L
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
@@ -98,7 +99,8 @@ int main(int argc, char **argv)
         fprintf(stderr, "frames: cannot create a model of %d^3\n", grid);
         return 1;
     }
-    if (springls_set_implicit(ctx, springls_implicit_sphere, &ball) != SPRINGLS_OK || springls_chunks_create(ctx, NULL, &chunks) != SPRINGLS_OK
+    if (springls_set_implicit(ctx, springls_implicit_sphere, &ball) != SPRINGLS_OK
+        || springls_chunks_create(ctx, NULL, &chunks) != SPRINGLS_OK
         || springls_chunks_update(ctx, chunks, &changed, &all) != SPRINGLS_OK) {
         return fail(ctx);
     }
