@@ -10084,6 +10084,14 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     memset(surface, 0, sizeof *surface);
 }
 
+/* No triangles: keeps memory. */
+SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
+{
+    surface->count = surface->given = surface->node_count = 0;
+    surface->dipoles = NULL;
+    surface->source = NULL;
+}
+
 SPRINGLS__FN int springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
 {
     if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
@@ -10200,9 +10208,7 @@ SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
 {
     size_t n = count > 0 ? (size_t)count : 1;
-    surface->count = surface->given = surface->node_count = 0;
-    surface->dipoles = NULL;
-    surface->source = NULL;
+    springls__surface_forget(surface);
     return springls__surface_room(ctx, surface, n, 0);
 }
 
@@ -10758,6 +10764,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
+    springls__surface_forget(&ctx->original);
     springls__constellation_changed(ctx);
 }
 
@@ -12929,7 +12936,10 @@ SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, 
     const springls__surface *surface = &job->ctx->original;
     int patch[SPRINGLS__PATCH], count = 1, head, k, m, i;
     patch[0] = start;
-    for (k = 0; k < 3; k++) best[k].hit.d2 = FLT_MAX;
+    for (k = 0; k < 3; k++) {
+        best[k].triangle = -1;
+        best[k].hit.d2 = FLT_MAX;
+    }
     for (head = 0; head < count; head++) {
         int inner = job->inner ? job->inner[patch[head]] : patch[head];
         if (inner >= 0) {
@@ -13265,7 +13275,10 @@ SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, spri
                                                      const springls__surface *other, bool turn)
 {
     const springls__surface *own = &ctx->original;
-    int count = own->count + other->count;
+    int count;
+    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is twice the number of a triangle, or one more */
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
+    count = own->count + other->count;
     SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &both->source_memory, (size_t)springls__imax(count, 1), sizeof(int), 0));
     both->source = (int *)both->source_memory.data;
@@ -13420,11 +13433,13 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
+    springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (springls__finish_step(other) != SPRINGLS_OK || springls__use_host(other, false) != SPRINGLS_OK)
-        return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
+    status = springls__finish_step(other);
+    if (status == SPRINGLS_OK) status = springls__use_host(other, false);
+    if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
 }
@@ -13788,6 +13803,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_FLUID;
     step.dt = duration / (float)steps;
+    if (!params.volume_lock) ctx->locked_count = 0; /* what an earlier call has locked may have changed since */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);
@@ -13906,7 +13922,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
 
 /* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
-typedef struct springls__crew { uint64_t ids; springls__v3 sum; int count; } springls__crew;
+typedef struct springls__crew { uint64_t ids; springls__v3 places, origins; int count; } springls__crew; /* sums of p and a */
 
 struct springls_chunks {
     springls_chunks_desc desc;
@@ -13975,6 +13991,22 @@ SPRINGLS__FN uint32_t springls__bricks_touched_by(int v)
     return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
+/* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
+SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[3], const float *brick, int v, float tolerance)
+{
+    int axis, way;
+    for (axis = 0; axis < 3; axis++)
+        for (way = -1; way <= 1; way += 2) {
+            int at[3] = { v & 7, v >> 3 & 7, v >> 6 };
+            float beside;
+            at[axis] += way;
+            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) beside = brick[v + way * (1 << 3 * axis)];
+            else beside = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
+            if (brick[v] < 0.0f ? beside >= -tolerance : beside <= tolerance) return true;
+        }
+    return false;
+}
+
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
 /* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
@@ -13986,17 +14018,19 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
     const springls__grid *g = &job->ctx->model.grid;
     const float tolerance = c->desc.tolerance, deep = 1.5f;
     const uint32_t own = 1u << 13;
-    int v;
+    int v, origin[3];
     for (; begin < end; begin++) {
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
         float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
         uint32_t touched = 0u;
+        springls__slot_origin(&c->shown, c->shown.top[c->list[begin]], origin);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             float before = shown[v];
             if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
-            /* further from the surface it moves no vertices, and normals hardly */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep)
+            /* further from the surface it moves no vertices, and normals hardly; but phi may be steep there */
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
+                || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
                 touched |= springls__bricks_touched_by(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
@@ -14066,14 +14100,16 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
             springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]),
                               springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
         crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
-        crew[slot].sum = springls__add(crew[slot].sum, p);
+        crew[slot].places = springls__add(crew[slot].places, p);
+        crew[slot].origins = springls__add(crew[slot].origins, ctx->model.set.a[i]);
         crew[slot].count++;
     }
     for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
         float most = c->desc.tolerance * (float)crew[slot].count;
         if (c->shown.slot_brick[slot] < 0) continue;
         if (crew[slot].ids == c->crew[slot].ids
-            && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most)
+            && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
+            && springls__length2(springls__sub(crew[slot].origins, c->crew[slot].origins)) <= most * most)
             continue;
         c->crew[slot] = crew[slot];
         c->dirty[c->shown.slot_brick[slot]] = 1;
@@ -14626,19 +14662,19 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 /* Why the numbers cannot be those of a model of this context; NULL: they can. */
 SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
 {
+    const int far = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
         || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
         return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0)
-        return "damaged";
-    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0
-        || s->original > INT32_MAX / 3 || s->given < s->original)
-        return "damaged";
-    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES)
-        return "damaged";
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
+    if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far) return "damaged";
+    if (s->neighbors_age < -1 || s->neighbors_age > far || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
+    if (s->locked < 0 || s->original < 0) return "damaged";
+    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
+    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
@@ -14806,9 +14842,7 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
-    original->count = original->node_count = 0;
-    original->dipoles = NULL;
-    original->source = NULL;
+    springls__surface_forget(original);
     if (s->original == 0) return;
     memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL],
            (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
@@ -19863,7 +19897,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
-    "#line 19867 \"springls.h\"\n",
+    "#line 19901 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20281,7 +20315,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20285 \"springls.h\"\n",
+    "#line 20319 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20480,7 +20514,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20484 \"springls.h\"\n",
+    "#line 20518 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",

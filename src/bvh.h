@@ -29,6 +29,14 @@ SPRINGLS__FN void springls__surface_free(springls_context *ctx, springls__surfac
     memset(surface, 0, sizeof *surface);
 }
 
+/* No triangles: keeps memory. */
+SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
+{
+    surface->count = surface->given = surface->node_count = 0;
+    surface->dipoles = NULL;
+    surface->source = NULL;
+}
+
 SPRINGLS__FN int springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
 {
     if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
@@ -145,9 +153,7 @@ SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, springls__surface *surface, int count)
 {
     size_t n = count > 0 ? (size_t)count : 1;
-    surface->count = surface->given = surface->node_count = 0;
-    surface->dipoles = NULL;
-    surface->source = NULL;
+    springls__surface_forget(surface);
     return springls__surface_room(ctx, surface, n, 0);
 }
 

@@ -3,7 +3,7 @@
    chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
 
 /* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
-typedef struct springls__crew { uint64_t ids; springls__v3 sum; int count; } springls__crew;
+typedef struct springls__crew { uint64_t ids; springls__v3 places, origins; int count; } springls__crew; /* sums of p and a */
 
 struct springls_chunks {
     springls_chunks_desc desc;
@@ -72,6 +72,22 @@ SPRINGLS__FN uint32_t springls__bricks_touched_by(int v)
     return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
+/* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
+SPRINGLS__FN bool springls__may_cross(const springls__grid *g, const int origin[3], const float *brick, int v, float tolerance)
+{
+    int axis, way;
+    for (axis = 0; axis < 3; axis++)
+        for (way = -1; way <= 1; way += 2) {
+            int at[3] = { v & 7, v >> 3 & 7, v >> 6 };
+            float beside;
+            at[axis] += way;
+            if (at[axis] >= 0 && at[axis] < SPRINGLS__BRICK) beside = brick[v + way * (1 << 3 * axis)];
+            else beside = springls__grid_phi(g, g->phi, origin[0] + at[0], origin[1] + at[1], origin[2] + at[2]);
+            if (brick[v] < 0.0f ? beside >= -tolerance : beside <= tolerance) return true;
+        }
+    return false;
+}
+
 typedef struct springls__chunk_job { springls_context *ctx; springls_chunks *chunks; } springls__chunk_job;
 
 /* Voxels of a listed brick that have left the tolerance are shown as they are now, and those that matter to no other brick with
@@ -83,17 +99,19 @@ SPRINGLS__FN void springls__show_task(void *arg, int begin, int end)
     const springls__grid *g = &job->ctx->model.grid;
     const float tolerance = c->desc.tolerance, deep = 1.5f;
     const uint32_t own = 1u << 13;
-    int v;
+    int v, origin[3];
     for (; begin < end; begin++) {
         const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
         float *shown = c->shown.phi + (size_t)c->shown.top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
         uint32_t touched = 0u;
+        springls__slot_origin(&c->shown, c->shown.top[c->list[begin]], origin);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             float before = shown[v];
             if (springls__fabs(now[v] - before) <= tolerance) continue;
             shown[v] = now[v];
-            /* further from the surface it moves no vertices, and normals hardly */
-            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep)
+            /* further from the surface it moves no vertices, and normals hardly; but phi may be steep there */
+            if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
+                || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
                 touched |= springls__bricks_touched_by(v);
         }
         for (v = 0; touched && v < SPRINGLS__BRICK_VOXELS; v++)
@@ -163,14 +181,16 @@ SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_ch
             springls__slot_at(&c->shown, springls__cell_coordinate(p.x, g->size[0]),
                               springls__cell_coordinate(p.y, g->size[1]), springls__cell_coordinate(p.z, g->size[2]));
         crew[slot].ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
-        crew[slot].sum = springls__add(crew[slot].sum, p);
+        crew[slot].places = springls__add(crew[slot].places, p);
+        crew[slot].origins = springls__add(crew[slot].origins, ctx->model.set.a[i]);
         crew[slot].count++;
     }
     for (slot = SPRINGLS__FIRST_SLOT; slot < c->shown.slot_count; slot++) {
         float most = c->desc.tolerance * (float)crew[slot].count;
         if (c->shown.slot_brick[slot] < 0) continue;
         if (crew[slot].ids == c->crew[slot].ids
-            && springls__length2(springls__sub(crew[slot].sum, c->crew[slot].sum)) <= most * most)
+            && springls__length2(springls__sub(crew[slot].places, c->crew[slot].places)) <= most * most
+            && springls__length2(springls__sub(crew[slot].origins, c->crew[slot].origins)) <= most * most)
             continue;
         c->crew[slot] = crew[slot];
         c->dirty[c->shown.slot_brick[slot]] = 1;

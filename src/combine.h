@@ -122,7 +122,10 @@ SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, spri
                                                      const springls__surface *other, bool turn)
 {
     const springls__surface *own = &ctx->original;
-    int count = own->count + other->count;
+    int count;
+    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is twice the number of a triangle, or one more */
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
+    count = own->count + other->count;
     SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &both->source_memory, (size_t)springls__imax(count, 1), sizeof(int), 0));
     both->source = (int *)both->source_memory.data;
@@ -277,11 +280,13 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
 {
+    springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
     SPRINGLS__TRY(springls__finish_step(ctx));
-    if (springls__finish_step(other) != SPRINGLS_OK || springls__use_host(other, false) != SPRINGLS_OK)
-        return springls__fail(ctx, SPRINGLS_DEVICE, "combine: the other model: %.180s", other->error);
+    status = springls__finish_step(other);
+    if (status == SPRINGLS_OK) status = springls__use_host(other, false);
+    if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     return springls__clear_on_failure(ctx, springls__combine(ctx, operation, other));
 }

@@ -93,7 +93,10 @@ SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, 
     const springls__surface *surface = &job->ctx->original;
     int patch[SPRINGLS__PATCH], count = 1, head, k, m, i;
     patch[0] = start;
-    for (k = 0; k < 3; k++) best[k].hit.d2 = FLT_MAX;
+    for (k = 0; k < 3; k++) {
+        best[k].triangle = -1;
+        best[k].hit.d2 = FLT_MAX;
+    }
     for (head = 0; head < count; head++) {
         int inner = job->inner ? job->inner[patch[head]] : patch[head];
         if (inner >= 0) {

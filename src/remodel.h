@@ -186,6 +186,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     step.forces = &forces;
     step.mode = SPRINGLS_FLUID;
     step.dt = duration / (float)steps;
+    if (!params.volume_lock) ctx->locked_count = 0; /* what an earlier call has locked may have changed since */
     ctx->model.params.keep_edges = 0;
     ctx->model.params.volume_lock = keep_volume;
     status = springls_run(ctx, &step, steps);

@@ -19,6 +19,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->time = 0.0;
     memset(&ctx->stats, 0, sizeof ctx->stats);
     springls__grids_clear(ctx);
+    springls__surface_forget(&ctx->original);
     springls__constellation_changed(ctx);
 }
 

@@ -330,19 +330,19 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 /* Why the numbers cannot be those of a model of this context; NULL: they can. */
 SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
 {
+    const int far = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
         || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
         return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
-    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count || s->iteration < 0)
-        return "damaged";
-    if (s->neighbors_age < -1 || s->has_neighbors != (s->neighbors_age >= 0) || s->locked < 0 || s->original < 0
-        || s->original > INT32_MAX / 3 || s->given < s->original)
-        return "damaged";
-    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES)
-        return "damaged";
+    if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
+    if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far) return "damaged";
+    if (s->neighbors_age < -1 || s->neighbors_age > far || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
+    if (s->locked < 0 || s->original < 0) return "damaged";
+    if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
+    if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
@@ -510,9 +510,7 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
     springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
-    original->count = original->node_count = 0;
-    original->dipoles = NULL;
-    original->source = NULL;
+    springls__surface_forget(original);
     if (s->original == 0) return;
     memcpy(original->points, block + layout->at[SPRINGLS__SECTION_ORIGINAL],
            (size_t)springls__section_bytes(&ctx->model.grid, s, SPRINGLS__SECTION_ORIGINAL));
