@@ -117,9 +117,8 @@ static bool write_sequence(const struct morph *morph, const char *path)
     return good;
 }
 
-/* The last frame brought back into the neutral pose by the bone weights that have come along, and those weights with it: a body
- * that
- * goes on walking in any engine. */
+/* The last frame brought back into the neutral pose by the bone weights that have come along, and those weights with it: a
+ * body that goes on walking in any engine. */
 static bool write_skinned(const struct morph *morph, const char *path)
 {
     const struct morph_frame *last = &morph->frames[morph->frame_count - 1];

@@ -1,17 +1,15 @@
 /* skeleton_fit.h - a skeleton for a body that has none: a rigged donor's, moved into it (what Pinocchio does in the paper).
  *
- * The donor's surface is laid on the body's: a similarity, then a smooth displacement (surface_fit.h), which is defined between
- * the
- * surfaces too and takes the joints along. Both bodies stand upright and look the same way. */
+ * The donor's surface is laid on the body's: a similarity, then a smooth displacement (surface_fit.h), which is defined
+ * between the surfaces too and takes the joints along. Both bodies stand upright and look the same way. */
 #ifndef EXAMPLES_COMMON_SKELETON_FIT_H
 #define EXAMPLES_COMMON_SKELETON_FIT_H
 
 #include "character.h"
 #include "heat_weights.h"
 
-/* positions, triangles: the body's closed surface. body gets joints and animations in the place of what it had; of the donor's
- * keys
- * only rotations. *distance: mean distance of the donor's surface from the body's afterwards. */
+/* positions, triangles: the body's closed surface. body gets joints and animations in the place of what it had; of the
+ * donor's keys only rotations. *distance: mean distance of the donor's surface from the body's afterwards. */
 bool skeleton_fit(const struct character *donor, const float *positions, int vertex_count, const int *triangles,
                   int triangle_count, struct character *body, double *distance);
 
