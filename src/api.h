@@ -319,10 +319,11 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
    fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
    A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
    Between the calls the model is on its way: counts, views, ids, get_confidence, springl_materials, mesh_attribute, sample_*,
-   inside, closest, raycast, surfels and the soup tell what is there now, springls that have moved and a level set that may not have followed yet (in SPRINGLS_ELASTIC steps
-   it may be half made). springls_set_*, _reset and _restore drop the step with the model. Every other call that changes the
-   model, or wants it whole (a stage, a step, parameters, time, mask, reference, max_speed, meshes, chunks, measures, snapshots),
-   ends the step first, however long that takes, and returns its failure if it has one. */
+   inside, closest, raycast, surfels and the soup tell what is there now, springls that have moved and a level set that may not
+   have followed yet (in SPRINGLS_ELASTIC steps it may be half made). springls_set_*, _reset and _restore drop the step with the
+   model. Every other call that changes the model, or wants it whole (a stage, a step, parameters, time, mask, reference,
+   max_speed, meshes, chunks, measures, snapshots), ends the step first, however long that takes, and returns its failure if it
+   has one. */
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
 SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
@@ -538,8 +539,8 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
                                                  int *neighbors);
 
 /* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
-   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context; places
-   are held against triangle_count, the indices in `triangles` are not: they are the caller's. */
+   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context. Places
+   are held against triangle_count; the indices in `triangles` are not: they are the caller's. */
 SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
                                              const int *triangles, int triangle_count, float *out);
 
