@@ -224,7 +224,7 @@ build/bench/%: tests/bench/%.cc springls.h build/libcommon.a build/bench/setting
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp -I. -MMD -MP -MF $@.d -o $@ $< build/libcommon.a \
 	  -Wl,--copy-dt-needed-entries $(EXAMPLE_LIBS) -lopenvdb -ltbb
 
-BENCH_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,bench memory frames openvdb_advection)
+BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames openvdb_advection)
 PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames (GRID=128; ONLY=opencl, ONLY=frames)

@@ -277,31 +277,55 @@ static void threads(struct bench *bench, const struct run *one)
 
 /* ---- frames ---- */
 
-/* Interactive work, by programs that take grid and threads and tell frame_ms: one row each here. */
+static const int frame_grids[] = {64, 96, 128, 192};
+enum { FRAME_GRIDS = sizeof frame_grids / sizeof *frame_grids };
+
+/* A brush that pushes a ball, as in build/viewer: step and changed chunks. */
+static void push_row(struct bench *bench, int grid, int threads, struct table *table)
+{
+    struct run *run = new_run(bench, "push", 10 * grid + threads);
+    run_command(run, "build/bench/frames %d %d", grid, threads);
+    execute(run);
+    table_row(table, "push %d^3|%d|%s|%s|%s|%s|%s|%s|%s", grid, threads, run_cell(run, "%.0f", "springls"),
+              run_cell(run, "%.1f ms", "frame_ms.p50"), run_cell(run, "%.1f ms", "frame_ms.p95"),
+              run_cell(run, "%.1f ms", "chunks_ms.p50"), run_cell(run, "%.1f ms", "processor_ms.p50"),
+              run_cell(run, "%.0f %%", "chunks_percent.p50"),
+              run_number(run, "frame_ms.p50") <= 1e3 / 60.0 ? "yes" : "no");
+}
+
+/* The first frames of build/morph's own pair: skinning, the target in its pose, ten iterations of the contour. */
+static void morph_row(struct bench *bench, int grid, int threads, struct table *table)
+{
+    struct run *run = new_run(bench, "morph", 10 * grid + threads);
+    run_command(run, "build/morph --grid %d --threads %d --frames 4 --quiet --json -", grid, threads);
+    execute(run);
+    table_row(table, "morph %d^3|%d|%s|%s|%s|%s", grid, threads, run_cell(run, "%.2f s", "seconds_a_frame"),
+              run_cell(run, "%.2f s", "seconds_a_frame_skinning"), run_cell(run, "%.2f s", "seconds_a_frame_target"),
+              run_cell(run, "%.2f s", "seconds_a_frame_contour"));
+}
+
 static void frames(struct bench *bench)
 {
-    static const struct { const char *name, *program; } tasks[] = {{"push", "build/bench/frames"}};
-    static const int grids[] = {64, 96, 128, 192};
+    static const struct {
+        const char *head;
+        void (*row)(struct bench *bench, int grid, int threads, struct table *table);
+    } tasks[] = {
+        {"a frame|threads|springls|p50|p95|of which chunks, p50|processor, p50|chunks that change|60 a second", push_row},
+        {"a frame|threads|mean|skinning|target|contour", morph_row},
+    };
     static struct table table;
-    table_begin(&table);
-    table_row(&table, "a frame|threads|springls|p50|p95|of which chunks, p50|processor, p50|chunks that change|60 a second");
     for (size_t t = 0; t < sizeof tasks / sizeof *tasks; ++t) {
-        for (size_t g = 0; g < sizeof grids / sizeof *grids; ++g) {
+        table_begin(&table);
+        table_row(&table, "%s", tasks[t].head);
+        for (int g = 0; g < FRAME_GRIDS; ++g) {
             for (int threads = 1; threads <= 2; ++threads) {
-                struct run *run = new_run(bench, tasks[t].name, 10 * grids[g] + threads);
-                run_command(run, "%s %d %d", tasks[t].program, grids[g], threads);
-                execute(run);
-                const double median = run_number(run, "frame_ms.p50");
-                table_row(&table, "%s %d^3|%d|%s|%s|%s|%s|%s|%s|%s", tasks[t].name, grids[g], threads,
-                          run_cell(run, "%.0f", "springls"), run_cell(run, "%.1f ms", "frame_ms.p50"), run_cell(run, "%.1f ms", "frame_ms.p95"),
-                          run_cell(run, "%.1f ms", "chunks_ms.p50"), run_cell(run, "%.1f ms", "processor_ms.p50"),
-                          run_cell(run, "%.0f %%", "chunks_percent.p50"), median <= 1e3 / 60.0 ? "yes" : "no");
+                tasks[t].row(bench, frame_grids[g], threads, &table);
             }
         }
+        table_print(&table, stdout);
+        printf("\n");
+        fflush(stdout);
     }
-    table_print(&table, stdout);
-    printf("\n");
-    fflush(stdout);
 }
 
 /* ---- OpenCL ---- */
