@@ -13696,14 +13696,14 @@ SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
 SPRINGLS__FN springls_status springls__offset_sort(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
-    const float near = 0.15f;
+    const float close = 0.15f;
     int i, m, count = ctx->model.set.count;
     uint8_t *fate;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, (void **)&fate));
     for (i = 0; i < count; i++) {
         springls__springl *s = &ctx->model.set.s[i];
         springls__v3 moved;
-        fate[i] = springls__fabs(springls__phi_or_beyond(g, s->p)) < near ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        fate[i] = springls__fabs(springls__phi_or_beyond(g, s->p)) < close ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
         if (fate[i] == SPRINGLS__REMOVE) continue;
         moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
         s->p = springls__add(s->p, moved);
