@@ -557,8 +557,9 @@ typedef enum springls_operation { SPRINGLS_UNION, SPRINGLS_INTERSECTION, SPRINGL
    drawn in, the seam is closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of
    one here are taken over; where it has none of that name its springls get zeros. The original surface becomes both originals
    together: material triangles of the other are numbered from this one's springls_material_count (before the call) on. The
-   other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty. When memory runs out
-   the model is empty. */
+   other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty; or one of the two had
+   no springls to begin with (of a function: no zero in the grid), and the model stays as it was. When memory runs out the model
+   is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
 /* With an implicit function in the place of the other, asked as by springls_set_implicit. */

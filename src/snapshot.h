@@ -376,6 +376,8 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
         else if (i == SPRINGLS__SECTION_SOURCE)
             good = good
                 && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
+        else if (i >= SPRINGLS__SECTION_VALUES && i < SPRINGLS__SECTION_REFERENCE_SIDES)
+            continue; /* attributes: sums of SPRINGLS_SHARE may have left the floats, and nothing is decided by them */
         else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
                  && i != SPRINGLS__SECTION_LOCKED)
             good = good && springls__all_finite(data, bytes);

@@ -398,6 +398,35 @@ TEST restore_drops_the_step(void)
     PASS();
 }
 
+/* Amounts that add up to more than a float holds: what has been written is taken back. */
+TEST values_may_overflow(void)
+{
+    springls_context *ctx = fixture_sphere(SIZE, NULL, 11.0f, 11.0f, 11.0f, 5.0f);
+    springls_attribute_desc amount = { "amount", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_SHARE };
+    springls_view view;
+    float *values;
+    block b;
+    int i, infinite = 0;
+    ASSERT(ctx);
+    values = (float *)malloc((size_t)springls_count(ctx) * sizeof *values);
+    for (i = 0; i < springls_count(ctx); i++) values[i] = 3e38f;
+    ASSERT_OK(springls_add_attribute(ctx, &amount, values, NULL));
+    ASSERT_OK(springls_remesh(ctx));
+    view = springls_view_attribute(ctx, 0);
+    for (i = 0; i < view.count; i++) infinite += !(view.data[i] <= FLT_MAX);
+    ASSERT_GT(infinite, 0);
+    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_ALL, &b));
+    ASSERT_OK(springls_reset(ctx));
+    ASSERT_OK(springls_restore(ctx, b.bytes, b.size));
+    view = springls_view_attribute(ctx, 0);
+    for (i = 0; i < view.count; i++) infinite -= !(view.data[i] <= FLT_MAX);
+    ASSERT_EQ(0, infinite);
+    springls_destroy(ctx);
+    free(values);
+    free(b.bytes);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -415,5 +444,6 @@ int main(int argc, char **argv)
     RUN_TEST(strangers_are_refused);
     RUN_TEST(memory_may_run_out);
     RUN_TEST(restore_drops_the_step);
+    RUN_TEST(values_may_overflow);
     GREATEST_MAIN_END();
 }
