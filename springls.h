@@ -14664,7 +14664,7 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 /* Why the numbers cannot be those of a model of this context; NULL: they can. */
 SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const springls__snapshot_state *s)
 {
-    const int far = INT32_MAX / 2; /* counters go on from here */
+    const int furthest = INT32_MAX / 2; /* counters go on from here */
     int i;
     if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
@@ -14672,8 +14672,8 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
         return "of another grid";
     if (springls__params_fault(&s->params) || !(s->time > -DBL_MAX && s->time < DBL_MAX)) return "damaged";
     if (s->count < 0 || s->count > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->count) return "damaged";
-    if (s->iteration < 0 || s->iteration > far || s->stats.steps < 0 || s->stats.steps > far) return "damaged";
-    if (s->neighbors_age < -1 || s->neighbors_age > far || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
+    if (s->iteration < 0 || s->iteration > furthest || s->stats.steps < 0 || s->stats.steps > furthest) return "damaged";
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->has_neighbors != (s->neighbors_age >= 0)) return "damaged";
     if (s->locked < 0 || s->original < 0) return "damaged";
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return "damaged";
     if (s->bricks < 0 || s->reference_bricks < 0 || s->attributes < 0 || s->attributes > SPRINGLS_MAX_ATTRIBUTES) return "damaged";
