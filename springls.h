@@ -153,7 +153,7 @@
 
      mesh, volume, function --> springls + phi --> step, step, ... --> mesh, springls, distances, correspondences
 
-   SPRINGLS_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
+   SPRINGLS_MODE_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
 
        advect  relax  contract  resample  relax  (evolve  rebuild) x evolve_iterations  fill_gaps
 
@@ -189,14 +189,14 @@
      split and fill ask each side by itself: see SHARP EDGES.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
-   SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
+   SPRINGLS_MODE_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
        advect  unsigned_to_signed  [keep_edges]  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
 
    with at least three of (evolve  rebuild) where predict = 1: there is nothing to carry. Topology is not preserved: phi is
    made afresh.
 
-   SPRINGLS_ADVECT_ONLY: advect. phi stays.
+   SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
    springls that it adds. Every stage but project, keep_edges and volume_lock may also be
@@ -278,8 +278,8 @@
    belongs to them. Blending means values with weights that are not negative and add up to 1, so a range is kept, and sums of
    channels (bone weights) stay 1; of what curves over the original it takes a little off at each interpolation. What is known on
    the mesh that was set need not be carried: springls_mesh_materials says where on it the vertices of an extracted mesh lie,
-   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_lookup takes the
-   values from there, which no number of steps wears off. springls_get_confidence says of each springl whether it is original,
+   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_interpolate_material takes the
+   values from there, which no number of steps wears off. springls_get_provenance says of each springl whether it is original,
    split or filled, and how old. Attributes cost nothing when there are none, and change nothing about the model. With a backend
    they live on the host, which at each resampling reads what it needs of the springls.
    springls_combine, _combine_implicit, _offset, _smooth and _remesh keep attributes as they keep springls.
@@ -287,7 +287,7 @@
 
    VOLUME LOCK
 
-   With volume_lock = 1 every step of SPRINGLS_FLUID and SPRINGLS_ELASTIC ends with each component's volume (of its marching
+   With volume_lock = 1 every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC ends with each component's volume (of its marching
    cubes surface, as springls_measure tells it, to about 1 part in 10^6) being what it was before the first step with the switch on: its
    springls and phi are moved along their normals by one small distance a component. When components merge their volumes add up; when
    one splits the parts share its volume as they divide it. A component that appears from nothing keeps the volume it appears
@@ -405,7 +405,7 @@
      section 4.8        springls_max_speed (CFL), one_to_one, springls_set_relax_mask
      section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
-     Algorithm 2, 3     springls_step, springls_run with SPRINGLS_FLUID, SPRINGLS_ELASTIC
+     Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
 */
 /* -------- back in src/api.h -------- */
 #ifndef SPRINGLS_H
@@ -513,7 +513,7 @@
   #define springls_copy_level_set SPRINGLS__NAME(springls_copy_level_set)
   #define springls_sample_distance SPRINGLS__NAME(springls_sample_distance)
   #define springls_sample_gradient SPRINGLS__NAME(springls_sample_gradient)
-  #define springls_inside SPRINGLS__NAME(springls_inside)
+  #define springls_sample_inside SPRINGLS__NAME(springls_sample_inside)
   #define springls_closest SPRINGLS__NAME(springls_closest)
   #define springls_raycast SPRINGLS__NAME(springls_raycast)
   #define springls_add_attribute SPRINGLS__NAME(springls_add_attribute)
@@ -524,12 +524,12 @@
   #define springls_set_attribute SPRINGLS__NAME(springls_set_attribute)
   #define springls_view_attribute SPRINGLS__NAME(springls_view_attribute)
   #define springls_mesh_attribute SPRINGLS__NAME(springls_mesh_attribute)
-  #define springls_get_confidence SPRINGLS__NAME(springls_get_confidence)
+  #define springls_get_provenance SPRINGLS__NAME(springls_get_provenance)
   #define springls_springl_materials SPRINGLS__NAME(springls_springl_materials)
   #define springls_mesh_materials SPRINGLS__NAME(springls_mesh_materials)
   #define springls_corner_materials SPRINGLS__NAME(springls_corner_materials)
   #define springls_find_seams SPRINGLS__NAME(springls_find_seams)
-  #define springls_lookup SPRINGLS__NAME(springls_lookup)
+  #define springls_interpolate_material SPRINGLS__NAME(springls_interpolate_material)
   #define springls_material_count SPRINGLS__NAME(springls_material_count)
   #define springls_combine SPRINGLS__NAME(springls_combine)
   #define springls_combine_implicit SPRINGLS__NAME(springls_combine_implicit)
@@ -559,7 +559,7 @@ typedef enum springls_status {
     SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
     SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
-    SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
+    SPRINGLS_DEVICE_FAILED = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
                                        ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
                                        the model could not be brought back: then it is empty                             */
     SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
@@ -619,16 +619,16 @@ typedef struct springls_trace {
 /* ======== >>params  (kernels_embed/params.h) =================================================================== */
 /* params.h - the parameters, which hosts and kernels share. */
 
-typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */
-typedef enum springls_weight { SPRINGLS_W_LINEAR, SPRINGLS_W_ATANH, SPRINGLS_W_SPLINE_FAR,           /* paper, Fig. 8b: */
-                               SPRINGLS_W_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */
+typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */
+typedef enum springls_weight { SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_ATANH, SPRINGLS_WEIGHT_SPLINE_FAR,           /* paper, Fig. 8b: */
+                               SPRINGLS_WEIGHT_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */
 typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */
 typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */
 
 /* Where a split or filled springl gets its place and its correspondence. */
 typedef enum springls_placement {
-    SPRINGLS_PLACE_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */
-    SPRINGLS_PLACE_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */
+    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */
+    SPRINGLS_PLACEMENT_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */
 } springls_placement;
 
 /* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;
@@ -835,14 +835,14 @@ typedef void (*springls_affine_fn)(void *user, const float *points, const float 
 /* A sampled field: `channels` floats a sample (1 pressure, 3 velocity), x fastest, trilinear between samples, constant
    beyond them. It lies on the model's grid (size all zero) or on a grid of its own. Values are voxels of the model's
    grid a unit of time. The data is borrowed during the call. A displacement field is a velocity grid applied with
-   dt = 1 and SPRINGLS_EULER. */
+   dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
     springls_grid_desc grid;
     unsigned version; /* with a backend: while it and data stay the same, and it is not 0, the samples are not sent again */
 } springls_sampled_field;
 
-typedef enum springls_integrator { SPRINGLS_RK4, SPRINGLS_EULER } springls_integrator;
+typedef enum springls_integrator { SPRINGLS_INTEGRATOR_RK4, SPRINGLS_INTEGRATOR_EULER } springls_integrator;
 
 typedef struct springls_forces {
     springls_pressure_fn pressure; /* rho: along the outward normal                                             */
@@ -882,9 +882,9 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx);             
 /* ---- >>drivers ------------------------------------------------------------------------------------------------ */
 
 typedef enum springls_mode {
-    SPRINGLS_FLUID,      /* Algorithm 2: active contour                                                         */
-    SPRINGLS_ELASTIC,    /* Algorithm 3: steps of any size                                                      */
-    SPRINGLS_ADVECT_ONLY /* "behaves like a mesh": springls move, the level set stays                           */
+    SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contour                                                         */
+    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size                                                      */
+    SPRINGLS_MODE_ADVECT_ONLY /* "behaves like a mesh": springls move, the level set stays                           */
 } springls_mode;
 
 typedef struct springls_step_desc {
@@ -911,9 +911,9 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
    together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
    fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
    A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
-   Between the calls the model is on its way: counts, views, ids, get_confidence, springl_materials, mesh_attribute, sample_*,
+   Between the calls the model is on its way: counts, views, ids, get_provenance, springl_materials, mesh_attribute, sample_*,
    inside, closest, raycast, surfels and the soup tell what is there now, springls that have moved and a level set that may not
-   have followed yet (in SPRINGLS_ELASTIC steps it may be half made). springls_set_*, _reset and _restore drop the step with the
+   have followed yet (in SPRINGLS_MODE_ELASTIC steps it may be half made). springls_set_*, _reset and _restore drop the step with the
    model. Every other call that changes the model, or wants it whole (a stage, a step, parameters, time, mask, reference,
    max_speed, meshes, chunks, measures, snapshots), ends the step first, however long that takes, and returns its failure if it
    has one. */
@@ -1029,7 +1029,7 @@ SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, con
 /* grad phi, world components: of unit length where phi is a distance and the spacing uniform. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 /* 1 inside, 0 outside: one byte a point. */
-SPRINGLS_API springls_status springls_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
+SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* A place on the model. `material` is the same place on the original surface: its point, the triangle of the original
    surface it lies on, and the barycentric coordinates there (section 4.7). */
@@ -1058,12 +1058,12 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
    belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
    nothing about the model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
 typedef enum springls_policy {
-    SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
+    SPRINGLS_POLICY_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
                        one that stays keeps its own. For labels                                                           */
-    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
+    SPRINGLS_POLICY_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
                        and add up to 1, and that are exact, where that is possible, for functions linear in the
                        correspondence. merge: mean of the two, weighted by area. For what is continuous                   */
-    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
+    SPRINGLS_POLICY_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
                        there is one within 2.5 voxels. For amounts, whose sum is to last                                  */
 } springls_policy;
 
@@ -1095,17 +1095,17 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
 
 /* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
 typedef enum springls_kind {
-    SPRINGLS_ORIGINAL, /* of the input: exact but for the error of advection           */
-    SPRINGLS_SPLIT,    /* part of one: interpolated between neighbours                 */
-    SPRINGLS_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+    SPRINGLS_KIND_ORIGINAL, /* of the input: exact but for the error of advection           */
+    SPRINGLS_KIND_SPLIT,    /* part of one: interpolated between neighbours                 */
+    SPRINGLS_KIND_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
 } springls_kind;
-typedef struct springls_confidence {
+typedef struct springls_provenance {
     springls_kind kind;
     int age;             /* steps since it was last given its place: by input, split or fill      */
     uint32_t generation; /* see springls_generations                                              */
     uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
-} springls_confidence;
-SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out); /* one a springl */
+} springls_provenance;
+SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out); /* one a springl */
 
 /* ---- >>material: places on the original surface ---------------------------------------------------------------- */
 
@@ -1134,7 +1134,7 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
 /* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
    triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context. Places
    are held against triangle_count; the indices in `triangles` are not: they are the caller's. */
-SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
                                              const int *triangles, int triangle_count, float *out);
 
 /* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial
@@ -1143,7 +1143,7 @@ SPRINGLS_API int springls_material_count(const springls_context *ctx);
 
 /* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
 
-typedef enum springls_operation { SPRINGLS_UNION, SPRINGLS_INTERSECTION, SPRINGLS_DIFFERENCE } springls_operation;
+typedef enum springls_operation { SPRINGLS_OPERATION_UNION, SPRINGLS_OPERATION_INTERSECTION, SPRINGLS_OPERATION_DIFFERENCE } springls_operation;
 
 /* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width.
    Springls of both stay where they bound the result, the other's turned round in a difference; what reaches over the seam is
@@ -1510,7 +1510,7 @@ typedef struct springls__springl {
     springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
     springls__v3 p;         /* particle                                                                         */
     float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
-    float reach;            /* max |q[m] - p|                                                                   */
+    float bounding_radius; /* max |q[m] - p|                                                                   */
 } springls__springl;
 
 /* The constellation: arrays of `count` elements each. */
@@ -1520,20 +1520,20 @@ typedef struct springls__constellation {
     SPRINGLS__GLOBAL uint32_t *id;
     SPRINGLS__GLOBAL uint32_t *generation;
     SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
-    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */
+    SPRINGLS__GLOBAL int32_t *component;           /* the component it was part of when volumes were last locked; -1: none known */
     SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
     SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
     SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
     SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
-    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */
+    SPRINGLS__GLOBAL springls__v3 *synced_position;       /* where the particle was when phi was last in step with it       */
     int count, at_edges; /* at_edges: how many lie at a sharp edge */
     uint32_t next_id, step; /* step: of the model, modulo 2^30 */
 } springls__constellation;
 
 /* Kinds of springls: springls_kind of the interface. */
-#define SPRINGLS__ORIGINAL 0u
-#define SPRINGLS__SPLIT 1u
-#define SPRINGLS__FILLED 2u
+#define SPRINGLS__KIND_ORIGINAL 0u
+#define SPRINGLS__KIND_SPLIT 1u
+#define SPRINGLS__KIND_FILLED 2u
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
@@ -1561,15 +1561,15 @@ typedef struct springls__grid {
 } springls__grid;
 
 /* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
-typedef struct springls__cells {
+typedef struct springls__cell_list {
     SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */
-    SPRINGLS__GLOBAL uint32_t *near_first; /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1    */
-    SPRINGLS__GLOBAL uint32_t *near_ids;
+    SPRINGLS__GLOBAL uint32_t *brick_list_first; /* brick_list_ids of active brick i: brick_list_first[i] .. brick_list_first[i+1]-1    */
+    SPRINGLS__GLOBAL uint32_t *brick_list_ids;
     SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */
     SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */
-    float reach;                           /* of the springls that are in cells                                 */
+    float bounding_radius;                         /* of the springls that are in cells                                 */
     int large_count;
-} springls__cells;
+} springls__cell_list;
 
 /* Forces that kernels can take by themselves (advect.h). */
 struct springls__force_rule;
@@ -1599,14 +1599,14 @@ typedef struct springls__model {
     springls__constellation set;
     springls__grid grid;
     springls__grid reference;           /* phi_ref: top table and phi only                                      */
-    springls__cells cells;
+    springls__cell_list cells;
     SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
     SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
     springls__forces_here force;        /* what moves it, where no callback does                                */
     SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
     SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
     SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
-    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */
+    SPRINGLS__GLOBAL int *new_slots;      /* ... slots of new ones, ...                                        */
     SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
     springls__group group;
     springls_params params;
@@ -1616,15 +1616,15 @@ typedef struct springls__model {
 #define SPRINGLS__ARRAYS(X)                                                                                                       \
     X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
     X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
-    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \
+    X(MASK, uint8_t, 1, set.mask) X(COMPONENT, int32_t, 1, set.component) X(EDGE, uint8_t, 1, set.edge)                                     \
     X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
-    X(WAS, springls__v3, 1, set.was)                                                                                              \
+    X(SYNCED_POSITION, springls__v3, 1, set.synced_position)                                                                                              \
     X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
     X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \
     X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \
-    X(IDS, uint32_t, 1, cells.ids) X(NEAR_FIRST, uint32_t, 1, cells.near_first) X(NEAR_IDS, uint32_t, 1, cells.near_ids)          \
+    X(IDS, uint32_t, 1, cells.ids) X(BRICK_LIST_FIRST, uint32_t, 1, cells.brick_list_first) X(BRICK_LIST_IDS, uint32_t, 1, cells.brick_list_ids)          \
     X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
     X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
     X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
@@ -1632,14 +1632,14 @@ typedef struct springls__model {
     X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \
     X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \
     X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
-    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
+    X(NEW_SLOTS, int, 1, new_slots) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
 
 /* All of a springl, on its way to another place. */
 typedef struct springls__packed {
     springls__springl s;
-    springls__v3 a, was;
+    springls__v3 a, synced_position;
     uint32_t id, generation;
-    int32_t part;
+    int32_t component;
     float phi;
     uint32_t mask, edge, parent, birth;
 } springls__packed;
@@ -1660,7 +1660,7 @@ SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s
         s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
         reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
     }
-    s.reach = springls__sqrt(reach2);
+    s.bounding_radius = springls__sqrt(reach2);
     return s;
 }
 
@@ -1669,7 +1669,7 @@ SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, spring
     springls__springl s;
     s.q[0] = t.a; s.q[1] = t.b; s.q[2] = t.c;
     s.p = p;
-    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.reach = 0.0f;
+    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.bounding_radius = 0.0f;
     return springls__springl_finished(s);
 }
 
@@ -1695,26 +1695,26 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
     model->set.generation[i] = generation;
     model->set.mask[i] = mask;
-    model->set.part[i] = -1;
+    model->set.component[i] = -1;
     model->set.edge[i] = 0;
     model->set.parent[i] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);
+    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
     model->set.phi[i] = 0.0f;
-    model->set.was[i] = s.p;
+    model->set.synced_position[i] = s.p;
 }
 
 /* phi has been made to follow the springls. */
-SPRINGLS__MATHS void springls__phi_in_step_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    model->set.was[i] = model->set.s[i].p;
+    model->set.synced_position[i] = model->set.s[i].p;
 }
 
 /* To SCRATCH7: how far a particle has come since then, squared. */
-SPRINGLS__MATHS void springls__way_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.was[i]));
+    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
 }
 
 /* The model's numbers, as kernels are given them. */
@@ -1722,7 +1722,7 @@ typedef struct springls__shape {
     int size[3], bricks[3], springls, at_edges;
     uint32_t next_id, step;
     int active_count, free_count, slot_count, large_count;
-    float far_value, reference_far_value, reach;
+    float far_value, reference_far_value, bounding_radius;
 } springls__shape;
 
 SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
@@ -1743,7 +1743,7 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
     shape.large_count = model->cells.large_count;
     shape.far_value = model->grid.far_value;
     shape.reference_far_value = model->reference.far_value;
-    shape.reach = model->cells.reach;
+    shape.bounding_radius = model->cells.bounding_radius;
     return shape;
 }
 
@@ -1764,7 +1764,7 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->cells.large_count = shape.large_count;
     model->grid.far_value = shape.far_value;
     model->reference.far_value = shape.reference_far_value;
-    model->cells.reach = shape.reach;
+    model->cells.bounding_radius = shape.bounding_radius;
 }
 
 /* ======== >>grid  (kernels_embed/grid.h) ======================================================================= */
@@ -1801,7 +1801,7 @@ SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, in
 
 /* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
    (dx+1) + 3(dy+1) + 9(dz+1). */
-SPRINGLS__MATHS uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
 {
     uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
     uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);
@@ -2117,15 +2117,15 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
     springls__slot_origin(g, g->active[i], origin);
     for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
         for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
-    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
         float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
         float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
         float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
         float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
         int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float reach = s->reach * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
+        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
         int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++)
@@ -2161,7 +2161,7 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
-    const springls__cells *cells;
+    const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
     uint32_t next, end;
     int large;
@@ -2226,7 +2226,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__mod
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
                                                                springls__v3 upper, float radius)
 {
-    float r = radius + model->cells.reach;
+    float r = radius + model->cells.bounding_radius;
     return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
                                      springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
 }
@@ -2243,19 +2243,19 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
     (void)job;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->reach > reach_cap ? SPRINGLS__LARGE_KEY
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
                         : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
 }
 
-/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */
-SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *cell)
+/* The bricks that the particles of an active brick are within one cell of: see springls__neighbor_mask_of_row. */
+SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
 {
     uint32_t reach = 0;
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
             if (cell[4] > cell[0])
-                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
     return reach;
 }
 
@@ -2301,10 +2301,10 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     walk = springls__cell_walk_around(model, lower, upper, radius);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &all[other];
-        float within = radius + o->reach + self->reach;
+        float within = radius + o->bounding_radius + self->bounding_radius;
         if (other == n) continue;
         if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
-        within = radius + o->reach;
+        within = radius + o->bounding_radius;
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
         if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
@@ -2727,17 +2727,17 @@ SPRINGLS__MATHS float springls__solid_angle(springls__tri t, springls__v3 x)
 /* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between
    two of them opens, springls are missing or the surface ends. */
 
-#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */
+#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */
 
-typedef struct springls__fan {
+typedef struct springls__angular_gaps {
     springls__v3 e1, e2;             /* the tangent frame */
-    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */
+    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */
     int count;
-} springls__fan;
+} springls__angular_gaps;
 
-SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)
 {
-    springls__fan fan;
+    springls__angular_gaps fan;
     fan.e1 = springls__any_tangent(n);
     fan.e2 = springls__cross(n, fan.e1);
     fan.count = 0;
@@ -2745,11 +2745,11 @@ SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)
 }
 
 /* Adds a neighbour at d from the place; one straight above or below has no direction. */
-SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)
+SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)
 {
     float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;
     int i;
-    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;
+    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;
     angle = springls__atan2(v, u);
     for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];
     fan.angle[i] = angle;
@@ -2758,12 +2758,12 @@ SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 
 }
 
 /* The two largest angles without a neighbour, and the direction that halves the largest. */
-typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;
+typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;
 
-SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
+SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)
 {
     const float turn = 6.28318531f, over_pi = 0.318309886f;
-    springls__opening opening;
+    springls__widest_gap opening;
     float from, middle;
     int i;
     opening.angle = turn;
@@ -2786,10 +2786,10 @@ SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)
 
 /* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves
    two sides open, its end and a drop nearly all. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)
+SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)
 {
     const float degree = 0.0174532925f;
-    springls__opening opening = springls__fan_opening(fan);
+    springls__widest_gap opening = springls__angular_gaps_widest(fan);
     return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;
 }
 
@@ -2804,7 +2804,7 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float d2, reach = radius + s->reach;
+        float d2, reach = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
         d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);
         if (d2 < best || (d2 == best && i < nearest)) {
@@ -2816,17 +2816,17 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 }
 
 /* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__MATHS springls__opening springls__opening_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
 {
-    springls__fan fan = springls__fan_begin(n);
+    springls__angular_gaps fan = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);
     }
-    return springls__fan_opening(fan);
+    return springls__angular_gaps_widest(fan);
 }
 
 /* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
@@ -2834,13 +2834,13 @@ SPRINGLS__MATHS springls__opening springls__opening_at(const springls__model *mo
 SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__fan fan = springls__fan_begin(n);
+    springls__angular_gaps fan = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);
     }
     return springls__spans_sheet(fan) != 0;
 }
@@ -2984,7 +2984,7 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
 
 /* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
    Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */
-SPRINGLS__MATHS uint8_t springls__merged_fate(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
 {
     const float r = model->params.merge_distance;
     springls__springl s = model->set.s[i];
@@ -3009,7 +3009,7 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];
     uint8_t now = fate[i];
     (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__merged_fate(model, fate, i) : now;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
 }
 
 /* All that are kept so far are undecided. */
@@ -3183,20 +3183,20 @@ SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, s
 }
 
 /* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */
-typedef struct springls__say { float weight, distance; } springls__say;
+typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
-SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
-    springls__say say;
+    springls__estimate say;
     say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;
     say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
     return say;
 }
 
 /* Sums of less weight say nothing. */
-#define SPRINGLS__HEARD 1e-3f
+#define SPRINGLS__MIN_WEIGHT 1e-3f
 
 /* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
@@ -3227,38 +3227,38 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)
+SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
 {
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
    its old value in it. */
-SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)
+SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
-SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
+SPRINGLS__MATHS int springls__is_side_unknown(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
 
 /* The old value again, where nobody could help. */
-SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
+SPRINGLS__MATHS float springls__restore_side(float phi, float far_value)
 {
-    if (!springls__is_doubtful(phi, far_value)) return phi;
+    if (!springls__is_side_unknown(phi, far_value)) return phi;
     return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
 }
 
 /* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */
-SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }
+SPRINGLS__MATHS float springls__known_side(float phi, float far_value) { return springls__is_side_unknown(phi, far_value) ? 0.0f : phi; }
 
 /* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
    much. Where they say no more than `enough` the voxel stays in doubt. */
-SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, float enough)
+SPRINGLS__MATHS float springls__resolved_side(springls__cross7 v, float far_value, float enough)
 {
     float sum, nearest;
-    if (!springls__is_doubtful(v.c, far_value)) return v.c;
-    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
-        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
+    if (!springls__is_side_unknown(v.c, far_value)) return v.c;
+    sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value) + springls__known_side(v.ym, far_value)
+        + springls__known_side(v.yp, far_value) + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
     if (springls__fabs(sum) <= enough) return v.c;
     nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
                             springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
@@ -3269,7 +3269,7 @@ SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, flo
 
 /* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
    not far aside. */
-SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
@@ -3277,7 +3277,7 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
 
 /* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it
    becomes there, else itself. */
-SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)
+SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)
 {
     float lo = springls__least(v), hi = springls__most(v);
     if (v.c >= 0.0f && hi < 0.0f) return hi;
@@ -3291,7 +3291,7 @@ SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)
 
 #define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
 #define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
-#define SPRINGLS__CROWD 96 /* springls about a place                                        */
+#define SPRINGLS__SAMPLE_SET_SIZE 96 /* springls about a place                                        */
 #define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */
 #define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
 #define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */
@@ -3472,17 +3472,17 @@ SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, s
 }
 
 /* The springls about a place. */
-typedef struct springls__crowd {
-    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];
-    float weight[SPRINGLS__CROWD];
-    int id[SPRINGLS__CROWD], count;
-} springls__crowd;
+typedef struct springls__sample_set {
+    springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];
+    float weight[SPRINGLS__SAMPLE_SET_SIZE];
+    int id[SPRINGLS__SAMPLE_SET_SIZE], count;
+} springls__sample_set;
 
 /* False when it is full. */
-SPRINGLS__MATHS bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
+SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
 {
     int i = crowd->count;
-    if (i == SPRINGLS__CROWD) return false;
+    if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;
     crowd->p[i] = p;
     crowd->n[i] = n;
     crowd->a[i] = a;
@@ -3493,14 +3493,14 @@ SPRINGLS__MATHS bool springls__join(springls__crowd *crowd, springls__v3 p, spri
 }
 
 /* narrow, certain: see springls__find_sides. */
-SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)
+SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *crowd, float narrow, bool certain)
 {
     return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
 }
 
-/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
-SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,
-                                            springls__crowd *crowd)
+/* Those with particles within the radius, or as much of it as SPRINGLS__SAMPLE_SET_SIZE of them fill; before `known` only. */
+SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
+                                            springls__sample_set *crowd)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
@@ -3511,7 +3511,7 @@ SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, spring
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || weight <= 0.0f) continue;
-        if (springls__join(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
+        if (springls__sample_set_add(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
         if (radius < least) return; /* they lie on each other: these will do */
         radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
@@ -3521,7 +3521,7 @@ SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, spring
 }
 
 /* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *crowd, springls__sides sides, int side,
                                                         springls__v3 x, springls__v3 a0, int self)
 {
     springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
@@ -3541,7 +3541,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *c
 /* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
    is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
    ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *crowd, springls__sides sides, springls__v3 x,
                                                        springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
 {
     const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
@@ -3580,26 +3580,26 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *cr
 SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
 {
-    springls__crowd crowd;
+    springls__sample_set crowd;
     springls__sides sides;
     int i, edges = 0;
     if (model->set.at_edges == 0) return false;
-    springls__gather_crowd(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
+    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
     for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];
     if (edges == 0) return false;
-    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);
+    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
     return result->ok != 0;
 }
 
 /* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
-SPRINGLS__MATHS springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
+SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *crowd, springls__v3 x)
 {
-    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
+    springls__sides sides = springls__sample_set_sides(crowd, 0.0f, false), known;
     springls__v3 p[SPRINGLS__SIDES];
     float height[SPRINGLS__SIDES];
-    springls__say all;
+    springls__estimate all;
     int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
     all.weight = all.distance = 0.0f;
     if (sides.count == 0) return all;
@@ -3608,7 +3608,7 @@ SPRINGLS__MATHS springls__say springls__edge_distance(const springls__crowd *cro
         springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
         float weight = 0.0f, value = 0.0f;
         for (i = 0; i < crowd->count; i++) {
-            springls__say say;
+            springls__estimate say;
             if (springls__side_of(sides, crowd->n[i]) != side) continue;
             say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
             weight += say.weight;
@@ -3666,7 +3666,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
     SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
     springls__springl s = model->set.s[i];
-    springls__crowd crowd;
+    springls__sample_set crowd;
     springls__fit_result fit;
     springls__sides sides;
     bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
@@ -3674,9 +3674,9 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     (void)job;
     model->set.edge[i] = 0;
     if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;
-    springls__gather_crowd(model, s.p, radius, model->set.count, &crowd);
+    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
     for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
-    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
+    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
     if (sides.count < 2) return;
     fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
@@ -3733,7 +3733,7 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
     float radius = model->params.neighbor_radius;
     int attempt;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
-        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.reach);
+        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
         float best = FLT_MAX;
         int other, count = 0;
@@ -3841,7 +3841,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
     child.pad = 0.0f;
-    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
+    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
         if (fit.ok) {
             for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
@@ -3883,7 +3883,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 {
     SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
-    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);
+    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
     springls__half first, second;
     int n = model->set.count + (int)at;
     if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
@@ -3891,14 +3891,14 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     second = halves[2u * at + 1u];
     model->set.generation[i]++;
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
-    model->set.was[n] = springls__sub(second.s.p, moved);
+    model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     model->set.birth[i] = springls__birth_of(model,
-                                             (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
+                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
-    model->set.was[i] = springls__sub(first.s.p, moved);
+    model->set.synced_position[i] = springls__sub(first.s.p, moved);
 }
 
 /* ======== >>unsigned_to_signed  (kernels_embed/unsigned_to_signed.h) =========================================== */
@@ -4070,17 +4070,17 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     springls__slot_origin(g, g->active[i], o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
-    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
         int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
                 v = 8 * y + 64 * z;
                 if (springls__is_mine(model->group, y + 8 * z))
-                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
+                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
             }
     }
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
@@ -4233,7 +4233,7 @@ SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS
 
 /* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
    live in phi, which receives what is granted of what phi_next asks for. */
-SPRINGLS__MATHS void springls__colour_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4250,7 +4250,7 @@ SPRINGLS__MATHS void springls__colour_element(const springls__model *model, spri
 }
 
 /* What was not granted is taken out of phi_next. */
-SPRINGLS__MATHS void springls__hold_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
     const float held = 0.25f; /* a voxel that may not change stays next to the interface */
@@ -4366,7 +4366,7 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
 }
 
 /* Which of the 27 bricks around (and including) a brick the band reaches. */
-SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi, float half_width)
+SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
 {
     uint32_t reach = 0;
     int x, y, z;
@@ -4374,7 +4374,7 @@ SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi,
         for (y = 0; y < 8; y++) {
             uint32_t row = 0;
             for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+            if (row) reach |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
         }
     return reach;
 }
@@ -4383,7 +4383,7 @@ SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi,
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }
 
@@ -4400,7 +4400,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     (void)job;
     o->p = s.p;
     o->n = springls__springl_normal(s);
-    o->moved = springls__sub(s.p, model->set.was[n]);
+    o->moved = springls__sub(s.p, model->set.synced_position[n]);
     o->edge = springls__at_edge(model, (int)n);
 }
 
@@ -4474,8 +4474,8 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
 SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
-/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+/* springls__resolved_side and springls__remove_speck of eight voxels, phi in a tile; the latter is true when there was one. */
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
                                           SPRINGLS__GLOBAL float *out);
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
@@ -4547,8 +4547,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__crowd crowd;
-    springls__say say;
+    springls__sample_set crowd;
+    springls__estimate say;
     int r, k, edges = 0;
     crowd.count = 0;
     for (r = 0; r < near_by->count; r++)
@@ -4557,7 +4557,7 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
             float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
             if (weight <= 0.0f) continue;
             edges += s->edge;
-            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);
+            springls__sample_set_add(&crowd, s->p, s->n, s->p, weight * weight, k);
         }
     if (edges == 0) return false;
     say = springls__edge_distance(&crowd, x);
@@ -4577,7 +4577,7 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
+            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
                 return true;
         }
     return false;
@@ -4598,7 +4598,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)
+    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
@@ -4629,18 +4629,18 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
-            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
+            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
                 out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
                                                  phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
-                out[v] = springls__doubtful(phi[v], g->far_value);
+                out[v] = springls__side_unknown(phi[v], g->far_value);
                 *in_doubt = 1;
             }
         }
 }
 
 /* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
-SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -4650,10 +4650,10 @@ SPRINGLS__MATHS void springls__settle_element(const springls__model *model, spri
     if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (in_doubt)
-            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             if (!in_doubt) out[v] = from[v];
-            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);
+            else if (job.i[0]) out[v] = springls__restore_side(out[v], g->far_value);
         }
     }
 }
@@ -4904,7 +4904,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__say say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
         weight += say.weight;
         value += say.weight * say.distance * say.distance;
     }
@@ -4919,7 +4919,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__opening opening = springls__opening_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -4929,7 +4929,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     if (!springls__has_room(model, x, n)) return seed;
     fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
-    if (springls__opening_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
     if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
@@ -4950,7 +4950,7 @@ SPRINGLS__MATHS void springls__seed_element(const springls__model *model, spring
 
 /* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
    are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
-SPRINGLS__MATHS uint8_t springls__seed_fate(const springls__model *model, int i)
+SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)
 {
     SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];
     SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];
@@ -4971,7 +4971,7 @@ SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model,
 {
     uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];
     (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_fate(model, i) : now;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;
 }
 
 /* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
@@ -4983,7 +4983,7 @@ SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, 
 }
 
 /* The first job.i[0] accepted seeds become springls. */
-SPRINGLS__MATHS void springls__plant_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)
 {
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
     springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];
@@ -5010,7 +5010,7 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float reach = r + s->reach;
+        float reach = r + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
         nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));
         if (nearest2 <= covered * covered) return false;
@@ -5074,12 +5074,12 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 }
 
 /* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
-SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)
 {
     int first = job.i[0], n = first + i, m;
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__adopt_correspondence(model, s, first);
-    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
+    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
             for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
@@ -5089,7 +5089,7 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
     }
     model->set.s[n] = s;
     model->set.a[n] = springls__project_on_original(model, a);
-    model->set.was[n] = s.p; /* it has been placed, not moved */
+    model->set.synced_position[n] = s.p; /* it has been placed, not moved */
 }
 
 /* ======== >>isosurface  (kernels_embed/isosurface.h) =========================================================== */
@@ -5349,7 +5349,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 }
 
 /* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
-SPRINGLS__MATHS void springls__dress_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)
 {
     springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
     int nearest = springls__nearest_springl(model, x, 1.0f);
@@ -5918,8 +5918,8 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
     return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
 }
 
-/* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+/* springls__resolved_side; phi points into a tile. */
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
                                           SPRINGLS__GLOBAL float *out)
 {
     int i;
@@ -5944,7 +5944,7 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
     }
 }
 
-/* springls__without_speck; true when there was one. */
+/* springls__remove_speck; true when there was one. */
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;
@@ -6048,7 +6048,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     bool some = false;
     int i;
     for (i = 0; i < 8; i++) {
-        out[i] = springls__without_speck(springls__tile_cross(phi + i));
+        out[i] = springls__remove_speck(springls__tile_cross(phi + i));
         some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
     }
     return some;
@@ -6096,11 +6096,11 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
                                           SPRINGLS__GLOBAL float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
+    for (i = 0; i < 8; i++) out[i] = springls__resolved_side(springls__tile_cross(phi + i), far_value, enough);
 }
 
 #endif
@@ -6133,19 +6133,19 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
     X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
     X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
     X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
-    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
+    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                               \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
-    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
-    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
-    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
+    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                \
+    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
     X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
     X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
     X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
-    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
-    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
-    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
+    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                        \
+    X(displacement, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
+    X(attach_vertex_data, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
 
 /* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
 #define SPRINGLS__BRICK_KERNELS(X) \
@@ -6155,7 +6155,7 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
     X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
-    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
+    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \
@@ -6180,9 +6180,9 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
     X(large_flag, 4096) X(large_scatter, 4096)                                                        \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
     X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \
-    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
+    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
     X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
-    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)
+    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
 
 /* what a context holds */
 
@@ -6244,7 +6244,7 @@ typedef struct springls__surface {
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
 
-enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__HEIRS, SPRINGLS__ATTRIBUTE_BUFFERS };
+enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
 /* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
 typedef struct springls__attribute {
@@ -6254,7 +6254,7 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
+/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__fall_back_to_host does. */
 struct springls_backend {
     /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -6287,7 +6287,7 @@ typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 /* A run of a kernel here. */
 typedef struct springls__range_job {
     const springls_context *ctx;
-    const struct springls__kernel_facts *kernel;
+    const struct springls__kernel_info *kernel;
     springls__job job;
 } springls__range_job;
 
@@ -6303,8 +6303,8 @@ typedef struct springls__pieces {
 /* The stage at work, and how far it has come (parts.h). */
 typedef struct springls__work {
     springls__stage_fn stage;
-    int part, turn;         /* the next part; how often one has been done again                                 */
-    bool more;
+    int phase, repetition;         /* the next part; how often one has been done again                                 */
+    bool pending;
     float number;           /* what parts tell each other                                                       */
     springls__pieces loop;
 } springls__work;
@@ -6325,11 +6325,11 @@ typedef struct springls__motion {
 } springls__motion;
 
 /* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
-typedef struct springls__row { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__row;
+typedef struct springls__step_entry { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__step_entry;
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__row *row; /* the next one                                                            */
+    const springls__step_entry *row; /* the next one                                                            */
     double seconds;         /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */
@@ -6556,8 +6556,8 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.neighbor_radius = 0.6f; /* d_max + 2r */
     p.max_neighbors = 8;
     p.relax_iterations = 5;
-    p.threshold = SPRINGLS_H_TANH;
-    p.weight = SPRINGLS_W_LINEAR;
+    p.threshold = SPRINGLS_THRESHOLD_TANH;
+    p.weight = SPRINGLS_WEIGHT_LINEAR;
     p.torque = SPRINGLS_TORQUE_NORMALIZED;
     p.sharpness = 5.0f;
     p.kappa_int = 0.3f;
@@ -6576,7 +6576,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.resample_last = 0;
     p.split_edge = 1e6f;
     p.split_area = 3.0f;
-    p.placement = SPRINGLS_PLACE_COPY;
+    p.placement = SPRINGLS_PLACEMENT_COPY;
     p.band_half_width = 3.0f;
     p.capture = 2.0f;
     p.evolve_iterations = 4;
@@ -6614,7 +6614,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.resample_last = 1;
     p.split_edge = 2.0f;
     p.split_area = 4.0f;
-    p.placement = SPRINGLS_PLACE_QUADRATIC;
+    p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.predict = 1;
     p.project_level_set = 1;
@@ -6637,8 +6637,8 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(neighbor_radius, 0.05f, 4.0f);
     SPRINGLS__IN(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS);
     SPRINGLS__IN(relax_iterations, 0, 1000);
-    SPRINGLS__IN(threshold, SPRINGLS_H_LINEAR, SPRINGLS_H_TANH);
-    SPRINGLS__IN(weight, SPRINGLS_W_LINEAR, SPRINGLS_W_SPLINE_NEAR);
+    SPRINGLS__IN(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH);
+    SPRINGLS__IN(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR);
     SPRINGLS__IN(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL);
     SPRINGLS__IN(sharpness, 0.0f, 1000.0f);
     SPRINGLS__IN(kappa_int, 0.0f, 100.0f);
@@ -6657,7 +6657,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
-    SPRINGLS__IN(placement, SPRINGLS_PLACE_COPY, SPRINGLS_PLACE_QUADRATIC);
+    SPRINGLS__IN(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC);
     SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
     SPRINGLS__IN(capture, 0.3f, 6.0f);
     SPRINGLS__IN(evolve_iterations, 0, 1000);
@@ -6687,7 +6687,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
 
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
 #define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
-#define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(WAS) - SPRINGLS__BIT(S)) /* all of the constellation */
+#define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(SYNCED_POSITION) - SPRINGLS__BIT(S)) /* all of the constellation */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
@@ -6699,13 +6699,13 @@ typedef enum springls__kernel {
     SPRINGLS__KERNEL_COUNT
 } springls__kernel;
 
-typedef struct springls__kernel_facts {
+typedef struct springls__kernel_info {
     const char *name;
     void (*range)(const springls__model *model, springls__job job, int begin, int end);
     int grain;
     uint64_t writes;
     bool brick; /* a work group does one */
-} springls__kernel_facts;
+} springls__kernel_info;
 
 #define SPRINGLS__RANGE(name)                                                                                            \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
@@ -6945,7 +6945,7 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
+    if (array <= SPRINGLS__ARRAY_SYNCED_POSITION || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
         || array == SPRINGLS__ARRAY_NEIGHBORS)
         used = (size_t)m->set.count;
     else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
@@ -6968,7 +6968,7 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
 
 /* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
    from where it was. A failure when not even that can be: the model is lost. */
-SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
+SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
 {
     int array;
     char error[sizeof ctx->error];
@@ -6981,17 +6981,17 @@ SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
     }
     ctx->backend = NULL;
     ctx->on_device = false;
-    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error,
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
                                          ctx->lost ? ", the model is lost" : "");
-    return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
+    return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
 /* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
 #define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
     do {                                                                                                    \
-        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE;                      \
-        if (springls__there != SPRINGLS_DEVICE) return springls__there;                                     \
-        if ((ctx)->on_device) SPRINGLS__TRY(springls__leave_backend(ctx));                                  \
+        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE_FAILED;                      \
+        if (springls__there != SPRINGLS_DEVICE_FAILED) return springls__there;                                     \
+        if ((ctx)->on_device) SPRINGLS__TRY(springls__fall_back_to_host(ctx));                                  \
     } while (0)
 
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
@@ -7004,7 +7004,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
-            return springls__leave_backend(ctx);
+            return springls__fall_back_to_host(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
@@ -7033,14 +7033,14 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     if (ctx->lost) return ctx->backend_status;
     if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
         return SPRINGLS_OK;
-    return springls__leave_backend(ctx);
+    return springls__fall_back_to_host(ctx);
 }
 
 /* From now on kernels run on the device, where there is one: for stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
 /* Whatever the device has is of no use any more. */
-SPRINGLS__FN void springls__host_anew(springls_context *ctx)
+SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
     ctx->on_device = false;
@@ -7053,7 +7053,7 @@ SPRINGLS__FN void springls__host_anew(springls_context *ctx)
 SPRINGLS__FN void springls__clear_model(springls_context *ctx);
 
 /* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
-SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_status status)
+SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
 {
     bool lost = ctx->lost;
     if (ctx->backend_status == SPRINGLS_OK) return status;
@@ -7066,15 +7066,15 @@ SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_stat
 }
 
 /* Working memory of stages: what it holds is of no use to whoever comes after them. */
-#define SPRINGLS__WORK_BITS                                                                                                      \
+#define SPRINGLS__SCRATCH_BITS                                                                                                      \
     ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
-     SPRINGLS__BIT(BRICK_LIST) | SPRINGLS__BIT(SPARE))
+     SPRINGLS__BIT(NEW_SLOTS) | SPRINGLS__BIT(SPARE))
 
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (SPRINGLS__WORK_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
 /* From now on they run here, on all of the model: for inputs and queries. */
@@ -7082,8 +7082,8 @@ SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writ
 {
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
-    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
+    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS : 0));
 }
 
 /* ======== >>run  (src/run.h) =================================================================================== */
@@ -7096,7 +7096,7 @@ SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
 #undef SPRINGLS__BRICK_RANGE_OF
 
-static const springls__kernel_facts springls__kernels[] = {
+static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
@@ -7122,7 +7122,7 @@ SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kerne
 {
     if (!ctx->on_device) return false;
     if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return true;
-    springls__leave_backend(ctx);
+    springls__fall_back_to_host(ctx);
     return false;
 }
 
@@ -7154,7 +7154,7 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     int i, n = 0;
     if (ctx->on_device) {
         if (ctx->backend->count_of(ctx, (int)array, count, value, &n) == SPRINGLS_OK) return n;
-        springls__leave_backend(ctx);
+        springls__fall_back_to_host(ctx);
     }
     if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
     flags = (const uint8_t *)ctx->memory[array].data;
@@ -7170,7 +7170,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     int i;
     if (ctx->on_device) {
         if (ctx->backend->largest(ctx, scratch, count, &largest) == SPRINGLS_OK) return largest;
-        springls__leave_backend(ctx);
+        springls__fall_back_to_host(ctx);
     }
     if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
     values = (const float *)ctx->model.scratch[scratch];
@@ -7223,7 +7223,7 @@ SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage 
 SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stage, double started)
 {
     double seconds;
-    if (ctx->on_device && ctx->backend->timed && ctx->backend->finish(ctx) != SPRINGLS_OK) springls__leave_backend(ctx);
+    if (ctx->on_device && ctx->backend->timed && ctx->backend->finish(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
     seconds = springls__now(ctx) - started;
     ctx->stats.seconds[stage] += seconds;
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
@@ -7238,24 +7238,24 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 
 /* ======== >>parts  (src/parts.h) =============================================================================== */
 /* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
-   ctx->work.part, does that part and says by springls__then which one follows, or nothing when it is done. A part ends with at
+   ctx->work.phase, does that part and says by springls__next_phase which one follows, or nothing when it is done. A part ends with at
    most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
    ctx->work. A stage that knows no parts is one. */
 
 /* For the end of a part: another one follows. */
-SPRINGLS__FN springls_status springls__then(springls_context *ctx, int part)
+SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int part)
 {
-    ctx->work.part = part;
-    ctx->work.more = true;
+    ctx->work.phase = part;
+    ctx->work.pending = true;
     return SPRINGLS_OK;
 }
 
 /* ... all of another stage follows. */
-SPRINGLS__FN springls_status springls__then_stage(springls_context *ctx, springls__stage_fn stage)
+SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn stage)
 {
     ctx->work.stage = stage;
-    ctx->work.turn = 0;
-    return springls__then(ctx, 0);
+    ctx->work.repetition = 0;
+    return springls__next_phase(ctx, 0);
 }
 
 /* The step in progress, if any, is ended first by whatever changes the model or wants its working memory. */
@@ -7328,25 +7328,25 @@ SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
 
 /* ---- stages in parts ---- */
 
-SPRINGLS__FN void springls__begin_stage(springls_context *ctx, springls__stage_fn stage)
+SPRINGLS__FN void springls__begin_phases(springls_context *ctx, springls__stage_fn stage)
 {
     memset(&ctx->work, 0, sizeof ctx->work);
-    springls__then_stage(ctx, stage);
+    springls__next_stage(ctx, stage);
 }
 
-SPRINGLS__FN bool springls__stage_done(const springls_context *ctx) { return !ctx->work.more && !springls__in_loop(ctx); }
+SPRINGLS__FN bool springls__phases_done(const springls_context *ctx) { return !ctx->work.pending && !springls__in_loop(ctx); }
 
-SPRINGLS__FN springls_status springls__run_part(springls_context *ctx)
+SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
 {
-    ctx->work.more = false;
+    ctx->work.pending = false;
     return ctx->work.stage(ctx);
 }
 
 /* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
-SPRINGLS__FN springls_status springls__go_on(springls_context *ctx, const double *until)
+SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
-    while (!springls__stage_done(ctx)) {
-        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_part(ctx));
+    while (!springls__phases_done(ctx)) {
+        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_phase(ctx));
         else if (until) springls__run_piece(ctx, *until);
         else springls__finish_loop(ctx);
         if (ctx->lost) return ctx->backend_status;
@@ -7356,18 +7356,18 @@ SPRINGLS__FN springls_status springls__go_on(springls_context *ctx, const double
 }
 
 /* All of a stage, which may be inside a part of another. */
-SPRINGLS__FN springls_status springls__whole(springls_context *ctx, springls__stage_fn stage)
+SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn stage)
 {
     const springls__work outer = ctx->work;
     springls_status status;
-    springls__begin_stage(ctx, stage);
-    status = springls__go_on(ctx, NULL);
+    springls__begin_phases(ctx, stage);
+    status = springls__resume(ctx, NULL);
     ctx->work = outer;
     return status;
 }
 
 /* Runs one stage under its clock: the body of every public stage call. */
-SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
 {
     springls_status status;
     double started;
@@ -7376,10 +7376,10 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     ctx->calls++;
-    status = springls__whole(ctx, run);
+    status = springls__run_to_completion(ctx, run);
     ctx->calls--;
     springls__stage_end(ctx, stage, started);
-    return springls__told(ctx, status);
+    return springls__report_device_failure(ctx, status);
 }
 
 /* ======== >>constellation  (src/constellation.h) =============================================================== */
@@ -7389,7 +7389,7 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
 {
     int array;
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++)
+    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++)
         SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, (size_t)count, (size_t)ctx->model.set.count));
     return SPRINGLS_OK;
 }
@@ -7406,7 +7406,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_WAS].bytes / sizeof(springls__v3)); /* the last array to be grown */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array to be grown */
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
@@ -7419,7 +7419,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     int array, i, n = 0, count = ctx->model.set.count;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++) {
+    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
         char *data = (char *)ctx->memory[array].data;
         size_t element = springls__element_size((springls__array)array);
         for (i = n = 0; i < count; i++) {
@@ -7441,16 +7441,16 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
 SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
 
 /* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
-SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
+SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_phi_in_step, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
 }
 
 /* The longest way of any particle since then, voxels. In SCRATCH7. */
-SPRINGLS__FN springls_status springls__way_since_phi(springls_context *ctx, float *way)
+SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
 {
     SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)ctx->model.set.count, sizeof(float), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_way, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, springls__no_job());
     *way = springls__sqrt(springls__largest(ctx, 7, ctx->model.set.count));
     return SPRINGLS_OK;
 }
@@ -7540,7 +7540,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 /* The model and its reference are empty. */
 SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
-    springls__host_anew(ctx);
+    springls__discard_device_copies(ctx);
     springls__grid_clear(ctx, &ctx->model.reference);
     springls__grid_clear(ctx, &ctx->model.grid);
     springls__model_constants(ctx);
@@ -7658,10 +7658,10 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__cells *cells = &ctx->model.cells;
+    springls__cell_list *cells = &ctx->model.cells;
     const springls__springl *s = ctx->model.set.s;
     size_t n = (size_t)ctx->model.set.count;
     uint32_t running = 0;
@@ -7670,15 +7670,15 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     if (ctx->on_device) {
         springls_status status = ctx->backend->cells_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
-        if (status != SPRINGLS_DEVICE) return status;
-        SPRINGLS__TRY(springls__leave_backend(ctx));
+        if (status != SPRINGLS_DEVICE_FAILED) return status;
+        SPRINGLS__TRY(springls__fall_back_to_host(ctx));
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    cells->reach = 0.0f;
+    cells->bounding_radius = 0.0f;
     cells->large_count = 0;
     for (i = 0; i < g->active_count; i++)
         memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
@@ -7687,7 +7687,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
             cells->large[cells->large_count++] = (uint32_t)i;
             continue;
         }
-        cells->reach = springls__max(cells->reach, s[i].reach);
+        cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
         g->cell[cells->key[i]]++;
     }
     for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
@@ -7706,11 +7706,11 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
 }
 
 /* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
-SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
     SPRINGLS__TRY(springls__to_host(ctx,
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
@@ -7723,7 +7723,7 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
         int o[3];
         if (i < g->active_count) {
             springls__slot_origin(g, g->active[i], o);
-            reach = springls__cells_reach(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
+            reach = springls__cells_neighbor_mask(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
         } else {
             springls__v3 p = ctx->model.set.s[ctx->model.cells.large[i - g->active_count]].p;
             o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;
@@ -7748,7 +7748,7 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     if (ctx->neighbors_age >= 0 && ctx->neighbors_age <= ctx->model.params.resample_period) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
     springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, springls__no_job());
     ctx->neighbors_age = 0;
@@ -7961,7 +7961,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first,
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
     springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
-    if (job->forces.integrator == SPRINGLS_EULER) {
+    if (job->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
@@ -8010,7 +8010,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->rule.euler = forces->integrator == SPRINGLS_EULER;
+    job->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     job->rule.curvature_weight = forces->curvature_weight;
     job->time = time;
     job->dt = dt;
@@ -8142,16 +8142,16 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     enum { TRIES = 40 };
     springls__motion *job = &ctx->motion;
     int count = ctx->model.set.count;
-    if (ctx->work.part == 0) {
+    if (ctx->work.phase == 0) {
         SPRINGLS__TRY(springls__displace(job));
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     }
     springls__displaced(job);
     if (job->moved < 0.0f)
         return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
     if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
         job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
-        return springls__then(ctx, 0);
+        return springls__next_phase(ctx, 0);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
     ctx->stats.moved = job->moved;
@@ -8166,17 +8166,17 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
-    return springls__staged(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
 }
 
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
     springls__motion *job = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
-    job->forces.integrator = SPRINGLS_EULER;
+    job->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     job->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__told(ctx, springls__displace(job)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(job)));
     springls__finish_loop(ctx);
     springls__displaced(job);
     if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
@@ -8228,19 +8228,19 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
         springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
         springls__constellation_moved(ctx);
-        return ++ctx->work.turn < ctx->model.params.relax_iterations ? springls__then(ctx, 1) : SPRINGLS_OK;
+        return ++ctx->work.repetition < ctx->model.params.relax_iterations ? springls__next_phase(ctx, 1) : SPRINGLS_OK;
     }
 }
 
@@ -8254,7 +8254,7 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_relax(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
 }
 
 /* ======== >>contract  (src/contract.h) ========================================================================= */
@@ -8272,30 +8272,30 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__job job = springls__no_job();
     int count = ctx->model.set.count;
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         if (count == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
-        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
+        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
         job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
         job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
         springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
         ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
-        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__then(ctx, 4);
-        SPRINGLS__TRY(springls__cells_build(ctx));
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, 4);
+        SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
         springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     case 2:
         springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        return springls__then(ctx, 3);
+        return springls__next_phase(ctx, 3);
     case 3:
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-        return springls__then(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+        return springls__next_phase(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -8310,12 +8310,12 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sample_phi(ctx));
-    return springls__then_stage(ctx, springls__contract);
+    return springls__next_stage(ctx, springls__contract);
 }
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
 }
 
 /* ======== >>edges  (src/edges.h) =============================================================================== */
@@ -8328,7 +8328,7 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool an
 {
     int count = ctx->model.set.count;
     size_t n = (size_t)count;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof(springls__v3), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, NULL));
@@ -8381,7 +8381,7 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
 /* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
    leaves the distances inside it unrounded, a concave one those outside. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
-                                        springls__crowd *crowd)
+                                        springls__sample_set *crowd)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -8399,7 +8399,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__join(crowd, foot, n, foot, weight * weight, -2);
+                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__sample_set_add(crowd, foot, n, foot, weight * weight, -2);
             }
 }
 
@@ -8417,13 +8417,13 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
 {
     const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
     springls__v3 n = springls__springl_normal(*s);
-    springls__crowd crowd;
+    springls__sample_set crowd;
     springls__sides sides;
     springls__fit_result fit;
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
         springls__gather_feet(g, s->p, radius, !outside, &crowd);
-        sides = springls__crowd_sides(&crowd, 0.0f, false);
+        sides = springls__sample_set_sides(&crowd, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
@@ -8465,7 +8465,7 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
         if (springls__has_kink(&ctx->model.grid, s->p)
             && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
             ctx->model.set.a[begin] = s->p;
-            ctx->model.set.was[begin] = s->p;
+            ctx->model.set.synced_position[begin] = s->p;
         }
     }
 }
@@ -8488,7 +8488,7 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_track(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_TRACK, springls__track);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_TRACK, springls__track);
 }
 
 /* ======== >>resample  (src/resample.h) ========================================================================= */
@@ -8504,7 +8504,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     ctx->stats.refused += wanted - splits;
     if (splits == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
     SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
     springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
@@ -8518,24 +8518,24 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_resample(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_RESAMPLE, springls__resample);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RESAMPLE, springls__resample);
 }
 
 /* ======== >>omega  (src/omega.h) =============================================================================== */
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
 /* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
-SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float margin)
+SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__cells *cells = &ctx->model.cells;
+    springls__cell_list *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
-    memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__BIT(SCRATCH0)));
+    memset(cells->brick_list_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
         for (i = 0; i < ctx->model.set.count; i++) {
@@ -8546,16 +8546,16 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
                     for (x = lo[0]; x <= hi[0]; x++) {
                         int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
                         if (slot < SPRINGLS__FIRST_SLOT) continue;
-                        if (pass == 0) cells->near_first[rank[slot] + 2]++;
-                        else cells->near_ids[cells->near_first[rank[slot] + 1]++] = (uint32_t)i;
+                        if (pass == 0) cells->brick_list_first[rank[slot] + 2]++;
+                        else cells->brick_list_ids[cells->brick_list_first[rank[slot] + 1]++] = (uint32_t)i;
                     }
         }
         if (pass == 1) break;
         for (i = 0; i < g->active_count; i++) { /* entry i+1 becomes the start of brick i; the second pass moves it on */
-            cells->near_first[i + 2] += cells->near_first[i + 1];
+            cells->brick_list_first[i + 2] += cells->brick_list_first[i + 1];
         }
-        total = (int)cells->near_first[g->active_count + 1];
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_IDS, (size_t)total + 1, 0));
+        total = (int)cells->brick_list_first[g->active_count + 1];
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
     }
     return SPRINGLS_OK;
 }
@@ -8567,7 +8567,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
-        SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
+        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture));
         springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
@@ -8583,8 +8583,8 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
     int colour;
     for (; passes > 0; passes--)
-        for (colour = 0; colour < 8; colour++) springls__run(ctx, SPRINGLS__KERNEL_colour, ctx->model.grid.active_count, springls__job_of(colour));
-    springls__run(ctx, SPRINGLS__KERNEL_hold, ctx->model.grid.active_count, springls__no_job());
+        for (colour = 0; colour < 8; colour++) springls__run(ctx, SPRINGLS__KERNEL_commit_simple_color, ctx->model.grid.active_count, springls__job_of(colour));
+    springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, springls__no_job());
 }
 
 /* ======== >>evolve  (src/evolve.h) ============================================================================= */
@@ -8599,23 +8599,23 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     default:
         springls__commit_phi(ctx, 1);
-        springls__phi_in_step(ctx);
+        springls__mark_phi_synced(ctx);
         return SPRINGLS_OK;
     }
 }
 
 SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
 }
 
 /* ======== >>rebuild  (src/rebuild.h) =========================================================================== */
@@ -8669,22 +8669,22 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         springls__swap_phi(ctx);
-        if (ctx->work.turn++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
+        if (ctx->work.repetition++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     default: return SPRINGLS_OK;
     }
 }
 
 SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
 }
 
 /* ======== >>project  (src/project.h) =========================================================================== */
@@ -8694,7 +8694,7 @@ SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
 
 /* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
    when it is next asked for. */
-SPRINGLS__FN void springls__settle(springls_context *ctx)
+SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 {
     const int voxels = 3; /* from what a springl reaches to what it may have passed; it goes no further than far_value */
     const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
@@ -8705,7 +8705,7 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
     for (i = 0; i < voxels; i++) {
         springls__job job = springls__job_of(i == voxels - 1);
         job.f[0] = i == voxels - 1 ? 0.0f : sure;
-        springls__run(ctx, SPRINGLS__KERNEL_settle, g->active_count, job);
+        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
     springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
@@ -8717,34 +8717,34 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     const int sweeps = 2;
     springls__job job = springls__job_of(carry);
     float *way = &ctx->work.number;
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
-        SPRINGLS__TRY(springls__cells_cover_around(ctx));
+        SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
         SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
-        SPRINGLS__TRY(springls__way_since_phi(ctx, way));
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, way));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
         job.f[0] = *way;
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         if (carry) {
-            springls__settle(ctx);
-            springls__phi_in_step(ctx);
+            springls__resolve_sides(ctx);
+            springls__mark_phi_synced(ctx);
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__then(ctx, 3);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, 3);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     case 2:
         springls__swap_phi(ctx);
-        return springls__then(ctx, 3);
+        return springls__next_phase(ctx, 3);
     case 3:
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 4);
+        return springls__next_phase(ctx, 4);
     default:
         springls__swap_phi(ctx);
-        if (++ctx->work.turn < sweeps) return springls__then(ctx, 3);
+        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, 3);
         return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
 }
@@ -8757,10 +8757,10 @@ SPRINGLS__FN springls_status springls__project_level_set(springls_context *ctx) 
    comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
 
 /* Where they are wanted. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_holes(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, 1, NULL));
@@ -8769,7 +8769,7 @@ SPRINGLS__FN springls_status springls__find_holes(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__plant(springls_context *ctx)
+SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count, wanted = 0, room;
     while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, SPRINGLS__UNDECIDED) > 0) {
@@ -8783,7 +8783,7 @@ SPRINGLS__FN springls_status springls__plant(springls_context *ctx)
     ctx->stats.added += room;
     if (room == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__run(ctx, SPRINGLS__KERNEL_plant, count, springls__job_of(room));
+    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, springls__job_of(room));
     springls__constellation_added(ctx, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
@@ -8793,11 +8793,11 @@ SPRINGLS__FN springls_status springls__plant(springls_context *ctx)
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
 /* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx, float covered, float on_sheets)
+SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
 {
     springls__job job = springls__no_job();
     int bricks;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
@@ -8808,7 +8808,7 @@ SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx, float co
 }
 
 /* ... get springls. */
-SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
     int bricks = ctx->model.grid.active_count, wanted = 0, room;
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &wanted));
@@ -8821,13 +8821,13 @@ SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
 }
 
 /* The new springls, behind `first` others, take their place among them. */
-SPRINGLS__FN void springls__adopt(springls_context *ctx, int first)
+SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
 {
     int added = ctx->model.set.count - first;
     double started;
     if (added == 0) return;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_adopt, added, springls__job_of(first)); /* the cells still hold the known ones only */
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, springls__job_of(first)); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -8839,29 +8839,29 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     const float d_max = ctx->model.params.d_max;
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
-        if (!springls_first) return springls__then(ctx, 2);
-        SPRINGLS__TRY(springls__find_holes(ctx));
-        return springls__then(ctx, 1);
+        if (!springls_first) return springls__next_phase(ctx, 2);
+        SPRINGLS__TRY(springls__find_seeds(ctx));
+        return springls__next_phase(ctx, 1);
     case 1:
-        SPRINGLS__TRY(springls__plant(ctx));
+        SPRINGLS__TRY(springls__insert_seeds(ctx));
         SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     case 2:
-        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+        SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
                                           springls_first ? on_sheets : d_max));
-        return springls__then(ctx, 3);
+        return springls__next_phase(ctx, 3);
     default:
-        SPRINGLS__TRY(springls__cover(ctx));
-        springls__adopt(ctx, count);
+        SPRINGLS__TRY(springls__fill_exposed(ctx));
+        springls__fit_new_springls(ctx, count);
         return springls__attributes_after_fill(ctx, count);
     }
 }
 
 SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
 }
 
 /* ======== >>unsigned_to_signed  (src/unsigned_to_signed.h) ===================================================== */
@@ -8957,7 +8957,7 @@ SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
     return springls__unsettled(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
-SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int z)
+SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
 {
     springls__grid *g = &r->ctx->model.grid;
     int slot;
@@ -8995,11 +8995,11 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
                 to[axis] = at[axis] + (d & 1 ? n : -1);
                 to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
                 to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
-                springls__region_reach(r, to[0], to[1], to[2]);
+                springls__region_visit(r, to[0], to[1], to[2]);
             }
 }
 
-SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
+SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
 {
     springls__grid *g = &r->ctx->model.grid;
     int64_t i;
@@ -9015,7 +9015,7 @@ SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
 }
 
 /* Regions one after the other, each flooded from its first voxel. */
-SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
+SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
@@ -9031,7 +9031,7 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
     region.member = (int64_t *)memory;
     for (v = 0; v < voxels; v++) {
         int64_t first = springls__active_voxel(g, v);
-        if (springls__uncounted(&region, first)) springls__region_settle(&region, first);
+        if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
     }
     return SPRINGLS_OK;
 }
@@ -9040,36 +9040,36 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     const bool project = ctx->model.params.project_level_set != 0;
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     case 2:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__then(ctx, 3);
+        return springls__next_phase(ctx, 3);
     case 3:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
         SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__then(ctx, 4);
+        return springls__next_phase(ctx, 4);
     case 4:
         if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
-        return springls__then(ctx, 5);
+        return springls__next_phase(ctx, 5);
     default:
-        if (project) SPRINGLS__TRY(springls__settle_regions(ctx));
+        if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
-        springls__phi_in_step(ctx);
-        return springls__then_stage(ctx, springls__rebuild);
+        springls__mark_phi_synced(ctx);
+        return springls__next_stage(ctx, springls__rebuild);
     }
 }
 
 SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
 }
 
 /* ======== >>mesh_measure  (src/mesh_measure.h) ================================================================= */
@@ -9239,24 +9239,24 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
    Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
-typedef struct springls__part {
+typedef struct springls__volume_component {
     double volume, area;
     float offset, moved;
     int32_t kin;
     bool speck;
-} springls__part; /* moved: offsets in all */
+} springls__volume_component; /* moved: offsets in all */
 
-typedef struct springls__parts {
-    springls__part *part;
+typedef struct springls__volume_components {
+    springls__volume_component *part;
     int count;
     int32_t *rank;          /* slot -> place in `active`                                                        */
     int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, and then of all bricks       */
     int32_t *label;         /* component of a voxel of active bricks, or -1: too far outside                    */
     int32_t voxels;         /* nodes that are voxels                                                            */
-} springls__parts;
+} springls__volume_components;
 
 /* The node of an inside voxel: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__part_node(const springls__grid *g, const springls__parts *parts, int x, int y, int z)
+SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *parts, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
     if (slot < SPRINGLS__FIRST_SLOT) return parts->voxels + springls__brick_at(g, x, y, z);
@@ -9269,7 +9269,7 @@ SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int
 }
 
 /* The lower root stays one. */
-SPRINGLS__FN void springls__part_join(springls__parts *parts, int32_t a, int32_t b)
+SPRINGLS__FN void springls__component_join(springls__volume_components *parts, int32_t a, int32_t b)
 {
     a = springls__find_root(parts->parent, a);
     b = springls__find_root(parts->parent, b);
@@ -9285,7 +9285,7 @@ SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
     out[2] = z + (d == 5) - (d == 4);
 }
 
-SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts *parts)
+SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__volume_components *parts)
 {
     int i, v, d, o[3], to[3], brick, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2];
     for (i = 0; i < g->active_count; i++) {
@@ -9296,8 +9296,8 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts 
             for (d = 0; d < 6; d++) {
                 springls__voxel_beside(x, y, z, d, to);
                 if (springls__is_inside(g, to[0], to[1], to[2]))
-                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
-                                        springls__part_node(g, parts, to[0], to[1], to[2]));
+                    springls__component_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
+                                        springls__component_node(g, parts, to[0], to[1], to[2]));
             }
         }
     }
@@ -9309,15 +9309,15 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts 
             springls__voxel_beside(x, y, z, d, to);
             if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
             beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
-            if (g->top[beside] == SPRINGLS__INSIDE) springls__part_join(parts, parts->voxels + brick, parts->voxels + beside);
+            if (g->top[beside] == SPRINGLS__INSIDE) springls__component_join(parts, parts->voxels + brick, parts->voxels + beside);
         }
     }
 }
 
-typedef void (*springls__part_triangle)(springls__parts *parts, springls__tri t, const int32_t nodes[3]);
+typedef void (*springls__component_triangle)(springls__volume_components *parts, springls__tri t, const int32_t nodes[3]);
 
 /* Marching cubes: every triangle with the nodes inside the three edges that it hangs on. */
-SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__parts *parts, springls__part_triangle visit)
+SPRINGLS__FN void springls__component_triangles(const springls__grid *g, springls__volume_components *parts, springls__component_triangle visit)
 {
     float tile[SPRINGLS__TILE_VOXELS];
     int32_t nodes[3];
@@ -9334,7 +9334,7 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
                         for (m = 0; m < 3; m++) {
                             int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
                             if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
-                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1),
+                            nodes[m] = springls__component_node(g, parts, range.origin[0] + x + (c & 1),
                                                            range.origin[1] + y + (c >> 1 & 1), range.origin[2] + z + (c >> 2));
                         }
                         visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
@@ -9343,18 +9343,18 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
     }
 }
 
-SPRINGLS__FN void springls__join_triangle(springls__parts *parts, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__join_triangle(springls__volume_components *parts, springls__tri t, const int32_t nodes[3])
 {
     (void)t;
-    springls__part_join(parts, nodes[0], nodes[1]);
-    springls__part_join(parts, nodes[0], nodes[2]);
+    springls__component_join(parts, nodes[0], nodes[1]);
+    springls__component_join(parts, nodes[0], nodes[2]);
 }
 
 /* Area, and the volume under the triangle, for the component that it bounds. */
-SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__measure_triangle(springls__volume_components *parts, springls__tri t, const int32_t nodes[3])
 {
     springls__v3 area2 = springls__tri_area2(t);
-    springls__part *part;
+    springls__volume_component *part;
     int32_t label = nodes[0] < parts->voxels ? parts->label[nodes[0]] : -1;
     if (label < 0) return;
     part = &parts->part[label];
@@ -9363,15 +9363,15 @@ SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__t
                     * (1.0 / 6.0);
 }
 
-SPRINGLS__FN void springls__measure_parts(const springls__grid *g, springls__parts *parts)
+SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *parts)
 {
     int i;
     for (i = 0; i < parts->count; i++) parts->part[i].volume = parts->part[i].area = 0.0;
-    springls__part_triangles(g, parts, springls__measure_triangle);
+    springls__component_triangles(g, parts, springls__measure_triangle);
 }
 
 /* An outside voxel belongs to the component that the way down phi leads to. -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__parts *parts, int x, int y, int z)
+SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *parts, int x, int y, int z)
 {
     const int longest = 32; /* voxels: more than any band is wide */
     int step, d, to[3];
@@ -9379,7 +9379,7 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
         float least = springls__grid_voxel(g, g->phi, x, y, z);
         int best = -1;
         if (least < 0.0f) {
-            int32_t node = springls__part_node(g, parts, x, y, z);
+            int32_t node = springls__component_node(g, parts, x, y, z);
             return node < parts->voxels ? parts->label[node] : -1;
         }
         for (d = 0; d < 6; d++) {
@@ -9401,7 +9401,7 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
 }
 
 /* Components in the order of their first voxel. */
-SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
+SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *parts)
 {
     const springls__grid *g = &ctx->model.grid;
     int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2],
@@ -9416,7 +9416,7 @@ SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springl
     for (i = 0; i < g->active_count; i++) parts->rank[g->active[i]] = i;
     for (i = 0; i < (int32_t)nodes; i++) parts->parent[i] = i;
     springls__join_faces(g, parts);
-    springls__part_triangles(g, parts, springls__join_triangle);
+    springls__component_triangles(g, parts, springls__join_triangle);
     parts->count = 0;
     for (i = 0; i < parts->voxels; i++) parts->label[i] = -1;
     for (i = 0; i < g->active_count; i++) { /* a component has a surface, so its first voxel that is active tells */
@@ -9438,12 +9438,12 @@ SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springl
                 parts->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, parts, x, y, z);
         }
     }
-    springls__measure_parts(g, parts);
+    springls__measure_components(g, parts);
     return SPRINGLS_OK;
 }
 
 /* The component of a springl: that of the deepest labelled voxel of the eight about its particle. */
-SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const springls__parts *parts, springls__v3 p)
+SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *parts, springls__v3 p)
 {
     int i, j, k, c;
     int32_t label = -1;
@@ -9458,7 +9458,7 @@ SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const sp
         if (!springls__grid_contains(g, x, y, z)) continue;
         slot = springls__slot_at(g, x, y, z);
         if (slot < SPRINGLS__FIRST_SLOT) continue;
-        here = parts->label[springls__part_node(g, parts, x, y, z)];
+        here = parts->label[springls__component_node(g, parts, x, y, z)];
         phi = springls__grid_voxel(g, g->phi, x, y, z);
         if (here < 0 || phi >= least) continue;
         least = phi;
@@ -9470,17 +9470,17 @@ SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const sp
 /* ---- what a volume should be ---- */
 
 /* What is known before and what there is now, as nodes of one forest: components before come first. */
-typedef struct springls__kin { double target, volume, area; int64_t votes; } springls__kin; /* of a root: of all its tree */
+typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link; /* of a root: of all its tree */
 
-typedef struct springls__kinship {
-    springls__kin *kin;
+typedef struct springls__component_links {
+    springls__component_link *kin;
     int32_t *parent;
     uint64_t *votes;
     size_t vote_count;
     int before;
-} springls__kinship;
+} springls__component_links;
 
-SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *parts, springls__component_links *k)
 {
     const double *known = (const double *)ctx->locked_memory.data;
     size_t nodes;
@@ -9501,12 +9501,12 @@ SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, cons
 }
 
 /* Every springl votes for a tie between the component it was part of and the one it is part of now. */
-SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__volume_components *parts, springls__component_links *k)
 {
     int i;
     for (i = 0; i < ctx->model.set.count; i++) {
-        int32_t was = ctx->model.set.part[i], is = springls__part_of_springl(&ctx->model.grid, parts, ctx->model.set.s[i].p);
-        ctx->model.set.part[i] = is;
+        int32_t was = ctx->model.set.component[i], is = springls__component_of_springl(&ctx->model.grid, parts, ctx->model.set.s[i].p);
+        ctx->model.set.component[i] = is;
         if (was < 0 || is < 0) continue;
         k->kin[was].votes++;
         k->kin[k->before + is].votes++;
@@ -9515,7 +9515,7 @@ SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__parts *p
     springls__sort_keys(k->votes, k->vote_count);
 }
 
-SPRINGLS__FN void springls__make_kin(springls__kinship *k, int32_t a, int32_t b)
+SPRINGLS__FN void springls__vote_for_links(springls__component_links *k, int32_t a, int32_t b)
 {
     a = springls__find_root(k->parent, a);
     b = springls__find_root(k->parent, b);
@@ -9524,7 +9524,7 @@ SPRINGLS__FN void springls__make_kin(springls__kinship *k, int32_t a, int32_t b)
 }
 
 /* Ties with a tenth of either one's votes count: where two components come close, single springls may be mistaken. */
-SPRINGLS__FN void springls__tie(springls__kinship *k)
+SPRINGLS__FN void springls__tie(springls__component_links *k)
 {
     size_t i = 0, first;
     while (i < k->vote_count) {
@@ -9532,25 +9532,25 @@ SPRINGLS__FN void springls__tie(springls__kinship *k)
         int64_t votes;
         for (first = i; i < k->vote_count && k->votes[i] == k->votes[first]; i++) continue;
         votes = 10 * (int64_t)(i - first);
-        if (votes >= k->kin[was].votes || votes >= k->kin[is].votes) springls__make_kin(k, was, is);
+        if (votes >= k->kin[was].votes || votes >= k->kin[is].votes) springls__vote_for_links(k, was, is);
     }
 }
 
 /* A part of a few voxels has no surface to speak of, and an offset would join it to anything: it belongs to the largest. */
 SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 
-SPRINGLS__FN void springls__tie_specks(const springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__tie_specks(const springls__volume_components *parts, springls__component_links *k)
 {
     int i, largest = 0;
     for (i = 1; i < parts->count; i++)
         if (parts->part[i].volume > parts->part[largest].volume) largest = i;
     for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
         if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume))
-            springls__make_kin(k, i, k->before + largest);
+            springls__vote_for_links(k, i, k->before + largest);
 }
 
 /* Kin have together what they had before. Who has no kin is to have what there is. */
-SPRINGLS__FN void springls__inherit(springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__inherit(springls__volume_components *parts, springls__component_links *k)
 {
     int i, nodes = k->before + parts->count;
     for (i = 0; i < nodes; i++) {
@@ -9560,20 +9560,20 @@ SPRINGLS__FN void springls__inherit(springls__parts *parts, springls__kinship *k
         k->kin[root].volume += k->kin[i].volume;
     }
     for (i = 0; i < parts->count; i++) {
-        springls__kin *all = &k->kin[parts->part[i].kin = springls__find_root(k->parent, k->before + i)];
+        springls__component_link *all = &k->kin[parts->part[i].kin = springls__find_root(k->parent, k->before + i)];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
 }
 
 /* Remembers what every component is to have: of several kin, by the volumes they have now. */
-SPRINGLS__FN springls_status springls__lock_parts(springls_context *ctx, const springls__parts *parts, const springls__kinship *k)
+SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *parts, const springls__component_links *k)
 {
     double *known;
     int i;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
     known = (double *)ctx->locked_memory.data;
     for (i = 0; i < parts->count; i++) {
-        const springls__kin *all = &k->kin[parts->part[i].kin];
+        const springls__component_link *all = &k->kin[parts->part[i].kin];
         known[i] = all->volume > 0.0 ? all->target * (parts->part[i].volume / all->volume) : 0.0;
     }
     ctx->locked_count = parts->count;
@@ -9582,7 +9582,7 @@ SPRINGLS__FN springls_status springls__lock_parts(springls_context *ctx, const s
 
 /* ---- the offset ---- */
 
-typedef struct springls__offset_job { springls_context *ctx; const springls__parts *parts; } springls__offset_job;
+typedef struct springls__offset_job { springls_context *ctx; const springls__volume_components *parts; } springls__offset_job;
 
 /* phi_next: phi less its component's offset, where it is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
@@ -9610,35 +9610,35 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
         springls__v3 by;
-        if (ctx->model.set.part[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->parts->part[ctx->model.set.part[begin]].offset);
+        if (ctx->model.set.component[begin] < 0) continue;
+        by = springls__scale(springls__springl_normal(*s), job->parts->part[ctx->model.set.component[begin]].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
     }
 }
 
-SPRINGLS__FN void springls__sum_kin(const springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__sum_linked(const springls__volume_components *parts, springls__component_links *k)
 {
     int i;
     for (i = 0; i < parts->count; i++) k->kin[parts->part[i].kin].volume = k->kin[parts->part[i].kin].area = 0.0;
     for (i = 0; i < parts->count; i++) {
-        springls__kin *all = &k->kin[parts->part[i].kin];
+        springls__component_link *all = &k->kin[parts->part[i].kin];
         all->volume += parts->part[i].volume;
         if (!parts->part[i].speck) all->area += parts->part[i].area;
     }
 }
 
 /* Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *parts, springls__component_links *k)
 {
     const double close = 1e-7, longest = 0.25; /* of the volume; voxels, at once */
     bool any = false;
     int i;
-    springls__sum_kin(parts, k);
+    springls__sum_linked(parts, k);
     for (i = 0; i < parts->count; i++) {
-        springls__part *part = &parts->part[i];
-        const springls__kin *all = &k->kin[part->kin];
+        springls__volume_component *part = &parts->part[i];
+        const springls__component_link *all = &k->kin[part->kin];
         double missing = all->target - all->volume, by;
         part->offset = 0.0f;
         if (part->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
@@ -9650,7 +9650,7 @@ SPRINGLS__FN bool springls__choose_offsets(springls__parts *parts, springls__kin
     return any;
 }
 
-SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *parts, springls__component_links *k)
 {
     const int iterations = 6;
     springls__offset_job job;
@@ -9661,11 +9661,11 @@ SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__par
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_parts(&ctx->model.grid, parts);
+        springls__measure_components(&ctx->model.grid, parts);
     }
-    springls__sum_kin(parts, k);
+    springls__sum_linked(parts, k);
     springls__constellation_moved(ctx);
-    springls__phi_in_step(ctx);
+    springls__mark_phi_synced(ctx);
     ctx->stats.volume_correction = 0.0f;
     for (i = 0; i < parts->count; i++)
         ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(parts->part[i].moved));
@@ -9674,20 +9674,20 @@ SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__par
 /* After a step; before the first one with the lock, when nothing is known, it only takes note. */
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
-    springls__parts parts;
-    springls__kinship kinship;
+    springls__volume_components parts;
+    springls__component_links kinship;
     int i, known = ctx->locked_count;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__find_parts(ctx, &parts));
+    SPRINGLS__TRY(springls__find_components(ctx, &parts));
     for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
-    SPRINGLS__TRY(springls__kinship_begin(ctx, &parts, &kinship));
-    for (i = 0; i < ctx->model.set.count && known == 0; i++) ctx->model.set.part[i] = -1; /* of another time */
+    SPRINGLS__TRY(springls__component_links_begin(ctx, &parts, &kinship));
+    for (i = 0; i < ctx->model.set.count && known == 0; i++) ctx->model.set.component[i] = -1; /* of another time */
     springls__vote(ctx, &parts, &kinship);
     springls__tie(&kinship);
     springls__tie_specks(&parts, &kinship);
     springls__inherit(&parts, &kinship);
     if (known > 0) springls__correct_volumes(ctx, &parts, &kinship);
-    return springls__lock_parts(ctx, &parts, &kinship);
+    return springls__lock_components(ctx, &parts, &kinship);
 }
 
 /* ======== >>step  (src/step.h) ================================================================================= */
@@ -9741,7 +9741,7 @@ SPRINGLS__FN bool springls__projects(const springls_context *ctx)
 
 /* ---- what is done between stages ---- */
 
-enum { SPRINGLS__MOST_PARTS = 10000 };
+enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
 
 /* The rest of a step is cut into parts as equal as the force allows. */
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
@@ -9753,9 +9753,9 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
         if (ctx->time + (double)dt == ctx->time)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
                                   (double)dt);
-        if (step->parts++ == SPRINGLS__MOST_PARTS)
+        if (step->parts++ == SPRINGLS__MAX_SUBSTEPS)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
-                                  SPRINGLS__MOST_PARTS);
+                                  SPRINGLS__MAX_SUBSTEPS);
     }
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
@@ -9768,22 +9768,22 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 }
 
 /* Springls have moved. */
-SPRINGLS__FN springls_status springls__substep_counts(springls_context *ctx)
+SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
     ctx->iteration++;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
-    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_ELASTIC;
+    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
 }
 
 /* Springls may have come too far for phi to be carried along. */
-SPRINGLS__FN springls_status springls__measure_way(springls_context *ctx)
+SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float way;
-    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
     ctx->step.afresh = ctx->model.params.predict && way > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
@@ -9814,7 +9814,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
     { SPRINGLS_STAGE_VOLUME_LOCK, springls__lock_is_new, springls__volume_lock }
 #define SPRINGLS__MOVE                                                           \
     { SPRINGLS_STAGE_ADVECT, NULL, springls__advect },                           \
-    { -1, NULL, springls__substep_counts }
+    { -1, NULL, springls__substep_advanced }
 /* The level set catches up with the springls. */
 #define SPRINGLS__FOLLOW                                                         \
     { -1, NULL, springls__follow_begin },                                        \
@@ -9828,7 +9828,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
     { SPRINGLS_STAGE_VOLUME_LOCK, springls__locks_volume, springls__volume_lock }, \
     { -1, NULL, springls__substep_end }
 
-static const springls__row springls__fluid[] = { /* Algorithm 2 */
+static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN,
     { -1, springls__wants_phi_before, springls__sample_phi },
     SPRINGLS__MOVE,
@@ -9836,7 +9836,7 @@ static const springls__row springls__fluid[] = { /* Algorithm 2 */
     { SPRINGLS_STAGE_CONTRACT, springls__resamples_first, springls__contract },
     { SPRINGLS_STAGE_RESAMPLE, springls__resamples_first, springls__resample },
     { SPRINGLS_STAGE_RELAX, springls__resamples_first, springls__relax },
-    { -1, NULL, springls__measure_way },
+    { -1, NULL, springls__check_displacement },
     { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__starts_afresh, springls__unsigned_to_signed },
     SPRINGLS__FOLLOW,
     { -1, springls__resamples, springls__orient },
@@ -9846,7 +9846,7 @@ static const springls__row springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__END
 };
 
-static const springls__row springls__elastic[] = { /* Algorithm 3 */
+static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__BEGIN,
     SPRINGLS__MOVE,
     { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, NULL, springls__unsigned_to_signed },
@@ -9858,7 +9858,7 @@ static const springls__row springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__END
 };
 
-static const springls__row springls__advect_only[] = {
+static const springls__step_entry springls__advect_only[] = {
     SPRINGLS__BEGIN,
     SPRINGLS__MOVE,
     { -1, NULL, springls__substep_end }
@@ -9869,10 +9869,10 @@ static const springls__row springls__advect_only[] = {
 #undef SPRINGLS__FOLLOW
 #undef SPRINGLS__END
 
-SPRINGLS__FN void springls__first_row(springls_context *ctx)
+SPRINGLS__FN void springls__first_entry(springls_context *ctx)
 {
-    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID     ? springls__fluid
-                    : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic
+    ctx->step.row = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
+                    : ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC ? springls__elastic
                                                               : springls__advect_only;
 }
 
@@ -9889,7 +9889,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
     step->left = (float)(step->end - ctx->time);
     step->part = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
     if (step->left > 1e-6f * step->desc.dt) {
-        springls__first_row(ctx);
+        springls__first_entry(ctx);
         return SPRINGLS_OK;
     }
     ctx->time = step->end;
@@ -9905,82 +9905,82 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
     step->left = 0.0f;
     step->part = desc->dt;
-    springls__first_row(ctx);
+    springls__first_entry(ctx);
     if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->part = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
     }
-    if (!(speed * desc->dt <= (float)SPRINGLS__MOST_PARTS * limit))
+    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
-                              SPRINGLS__MOST_PARTS);
+                              SPRINGLS__MAX_SUBSTEPS);
     step->left = desc->dt;
     step->end = ctx->time + (double)desc->dt;
     step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
     return SPRINGLS_OK;
 }
 
-static const springls__row springls__plan[] = { { -1, NULL, springls__plan_step } };
+static const springls__step_entry springls__plan[] = { { -1, NULL, springls__plan_step } };
 
 /* ---- from row to row ---- */
 
 /* The next row that is wanted begins. */
-SPRINGLS__FN void springls__row_begin(springls_context *ctx)
+SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
     while (step->row->when && !step->row->when(ctx)) step->row++;
     step->stage = step->row->stage;
     step->seconds = 0.0;
     if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
-    springls__begin_stage(ctx, step->row->run);
+    springls__begin_phases(ctx, step->row->run);
     step->row++;
 }
 
-SPRINGLS__FN void springls__row_end(springls_context *ctx, double started)
+SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 {
     if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
     ctx->step.stage = -1;
 }
 
 /* Goes on with the stage at work. Its clock stands still while nobody does. */
-SPRINGLS__FN springls_status springls__row_go_on(springls_context *ctx, const double *until)
+SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
     double started = springls__now(ctx) - step->seconds;
     springls_status status;
     springls__use_device(ctx);
-    status = springls__go_on(ctx, until);
-    if (status == SPRINGLS_OK && !springls__stage_done(ctx)) step->seconds = springls__now(ctx) - started;
-    else springls__row_end(ctx, started);
+    status = springls__resume(ctx, until);
+    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->seconds = springls__now(ctx) - started;
+    else springls__entry_end(ctx, started);
     return status;
 }
 
 /* What is in progress is left as it is. */
-SPRINGLS__FN void springls__drop_step(springls_context *ctx)
+SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
-    if (ctx->step.active) springls__row_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.seconds);
     ctx->step.active = false;
     memset(&ctx->work, 0, sizeof ctx->work);
 }
 
 /* Goes on with the step in progress for a while; NULL: to its end. */
-SPRINGLS__FN springls_status springls__step_go_on(springls_context *ctx, const double *until)
+SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
     springls_status status = SPRINGLS_OK;
     if (!ctx->step.active) return SPRINGLS_OK;
     ctx->calls++;
     do {
-        if (springls__stage_done(ctx)) springls__row_begin(ctx);
-        status = springls__row_go_on(ctx, until);
+        if (springls__phases_done(ctx)) springls__entry_begin(ctx);
+        status = springls__resume_entry(ctx, until);
     } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
     ctx->calls--;
     if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
-    springls__drop_step(ctx);
-    return springls__told(ctx, status);
+    springls__abandon_step(ctx);
+    return springls__report_device_failure(ctx, status);
 }
 
-SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__step_go_on(ctx, NULL); }
+SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
 {
@@ -9992,10 +9992,10 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
                               "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
-    if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
+    if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
-    springls__drop_step(ctx);
+    springls__abandon_step(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     ctx->step.forces = *step->forces;
@@ -10015,7 +10015,7 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
                               "step_continue: done is NULL, or seconds is negative or not a number");
     until = springls__now(ctx) + seconds;
-    status = springls__step_go_on(ctx, &until);
+    status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
     return status;
 }
@@ -10757,7 +10757,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 /* Empty model, empty grid. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
-    springls__drop_step(ctx);
+    springls__abandon_step(ctx);
     ctx->model.set.count = ctx->model.set.at_edges = 0;
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
@@ -11076,7 +11076,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     springls__clear_model(ctx);
     status = springls__set_from_distance(ctx, springls__implicit_distance, &job);
     if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
-        status = springls__whole(ctx, springls__rebuild);
+        status = springls__run_to_completion(ctx, springls__rebuild);
         springls__redistance_sweeps(ctx, 8);
     }
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
@@ -11192,10 +11192,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
-    if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__unsigned_to_signed);
+    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__unsigned_to_signed);
     for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
-        status = springls__whole(ctx, springls__evolve);
-        if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__rebuild);
+        status = springls__run_to_completion(ctx, springls__evolve);
+        if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__rebuild);
     }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)
@@ -11612,7 +11612,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
-    if (!balanced) SPRINGLS__TRY(springls__whole(ctx, springls__rebuild));
+    if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
@@ -11620,9 +11620,9 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     ctx->original.given = given;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__find_bare(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    SPRINGLS__TRY(springls__find_exposed(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
     springls__finish_loop(ctx);
-    SPRINGLS__TRY(springls__cover(ctx));
+    SPRINGLS__TRY(springls__fill_exposed(ctx));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }
@@ -11806,7 +11806,7 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
     return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
 }
 
-SPRINGLS_API springls_status springls_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
+SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
     return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "inside");
 }
@@ -11920,7 +11920,7 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
 SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
                                                        springls__tri own)
 {
-    const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
+    const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].bounding_radius); /* voxels */
     const springls__springl *s = ctx->model.set.s;
     springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;
@@ -12081,16 +12081,16 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
 /* Brings what is about to be read; it changes nothing that anybody can see. */
-SPRINGLS__FN springls_status springls__bring(const springls_context *ctx, uint64_t reads)
+SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
 {
     springls_context *owner = (springls_context *)ctx;
-    return owner ? springls__told(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
+    return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, uint64_t array, const void *data, size_t stride)
 {
     springls_view view;
-    springls__bring(ctx, array);
+    springls__ensure_on_host(ctx, array);
     view.count = springls_count(ctx);
     view.data = view.count ? (const float *)data : NULL;
     view.stride = stride;
@@ -12114,13 +12114,13 @@ SPRINGLS_API springls_view springls_view_correspondences(const springls_context 
 
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx)
 {
-    springls__bring(ctx, SPRINGLS__BIT(ID));
+    springls__ensure_on_host(ctx, SPRINGLS__BIT(ID));
     return ctx ? ctx->model.set.id : NULL;
 }
 
 SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx)
 {
-    springls__bring(ctx, SPRINGLS__BIT(GENERATION));
+    springls__ensure_on_host(ctx, SPRINGLS__BIT(GENERATION));
     return ctx ? ctx->model.set.generation : NULL;
 }
 
@@ -12128,7 +12128,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -12148,7 +12148,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(S)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -12170,7 +12170,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)
@@ -12214,26 +12214,26 @@ SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int
 
 /* ---- the springls around a place, and their weights ---- */
 
-enum { SPRINGLS__DONORS = 24 };
+enum { SPRINGLS__MAX_SOURCES = 24 };
 
 /* index[0] has the nearest correspondence. */
-typedef struct springls__donors {
-    int index[SPRINGLS__DONORS], count;
-    float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; /* squared distance of correspondences */
-} springls__donors;
+typedef struct springls__interpolation_sources {
+    int index[SPRINGLS__MAX_SOURCES], count;
+    float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* squared distance of correspondences */
+} springls__interpolation_sources;
 
-typedef struct springls__donor_search {
+typedef struct springls__interpolation_search {
     const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
     const springls__v3 *a;         /* and this their correspondences                        */
     int known;                     /* how many have values                                  */
-} springls__donor_search;
+} springls__interpolation_search;
 
-SPRINGLS__FN void springls__donors_add(springls__donors *donors, int index, float d2)
+SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *donors, int index, float d2)
 {
     int i, last = donors->count - 1;
-    if (donors->count == SPRINGLS__DONORS
+    if (donors->count == SPRINGLS__MAX_SOURCES
         && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
-    i = donors->count < SPRINGLS__DONORS ? donors->count++ : last;
+    i = donors->count < SPRINGLS__MAX_SOURCES ? donors->count++ : last;
     for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
         donors->d2[i] = donors->d2[i - 1];
         donors->index[i] = donors->index[i - 1];
@@ -12261,7 +12261,7 @@ SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3
 /* Sums over the donors, each with its weight: what is needed to fit a plane about the correspondence a. */
 typedef struct springls__plane { double weight, mean[3], slope[3]; } springls__plane;
 
-SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *donors, double r[SPRINGLS__DONORS][3])
+SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__interpolation_sources *donors, double r[SPRINGLS__MAX_SOURCES][3])
 {
     const double ridge = 1e-4; /* across the original surface, where the donors have no extent */
     springls__plane plane;
@@ -12287,9 +12287,9 @@ SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *dono
    exact for linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted
    again; where that does not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of
    values, and stays within their range. */
-SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springls__v3 *places, springls__v3 a)
+SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *donors, const springls__v3 *places, springls__v3 a)
 {
-    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0, below, lowest = 0.0;
+    double r[SPRINGLS__MAX_SOURCES][3], lean[SPRINGLS__MAX_SOURCES], limit = 1.0, below, lowest = 0.0;
     float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
     springls__plane plane;
     int i, k, left = donors->count, worst;
@@ -12300,7 +12300,7 @@ SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springl
         r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
     }
     do {
-        plane = springls__donors_plane(donors, r);
+        plane = springls__interpolation_plane(donors, r);
         worst = -1;
         for (i = 0; i < donors->count; i++) {
             lean[i] = 0.0;
@@ -12320,12 +12320,12 @@ SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springl
 
 /* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there
    are none on this side, the nearest of all. */
-SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n,
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
                                                   springls__v3 a, float reach)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
     const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
-    springls__donors donors;
+    springls__interpolation_sources donors;
     float radius = 2.5f * springls__max(1.0f, reach), further2;
     int attempt, j;
     donors.count = 0;
@@ -12338,7 +12338,7 @@ SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *
             t = springls__surface_triangle(surface, j);
             if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
             if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
-            springls__donors_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
+            springls__interpolation_sources_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
         }
     }
     if (donors.count == 0) {
@@ -12358,12 +12358,12 @@ SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *
     radius = 2.5f * springls__max(1.0f, reach);
     further2 = 2.0f * donors.d2[0] + 16.0f * radius * radius; /* met here, but from another part of the original */
     while (donors.count > 1 && donors.d2[donors.count - 1] > further2) donors.count--;
-    if (donors.count) springls__donors_weigh(&donors, search->a, a);
+    if (donors.count) springls__interpolation_weigh(&donors, search->a, a);
     return donors;
 }
 
 /* donors of a springl that is there now. */
-SPRINGLS__FN springls__donors springls__donors_of_springl(const springls__donor_search *search, int i)
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(const springls__interpolation_search *search, int i)
 {
     const springls_context *ctx = search->ctx;
     springls__springl s = ctx->model.set.s[i];
@@ -12371,10 +12371,10 @@ SPRINGLS__FN springls__donors springls__donors_of_springl(const springls__donor_
     t.a = springls__voxel_to_model(ctx, s.q[0]);
     t.b = springls__voxel_to_model(ctx, s.q[1]);
     t.c = springls__voxel_to_model(ctx, s.q[2]);
-    return springls__donors_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.reach);
+    return springls__interpolation_sources_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.bounding_radius);
 }
 
-SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, const springls__donors *donors, float *out)
+SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute, const springls__interpolation_sources *donors, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
@@ -12384,12 +12384,12 @@ SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, c
 }
 
 /* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
-SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend,
+SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute, const springls__interpolation_sources *donors, bool blend,
                                          float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (donors->count == 0) memset(out, 0, bytes);
-    else if (blend) springls__donors_blend(attribute, donors, out);
+    else if (blend) springls__interpolate_rows(attribute, donors, out);
     else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
 }
 
@@ -12404,7 +12404,7 @@ SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, spring
 
 SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
 {
-    size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
@@ -12432,7 +12432,7 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
 /* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
 typedef struct springls__inherit_job {
     springls_context *ctx;
-    springls__donor_search search;
+    springls__interpolation_search search;
     int blended; /* channels */
     float *values;
 } springls__inherit_job;
@@ -12451,11 +12451,11 @@ SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
     for (; begin < end; begin++)
         for (half = 0; half < 2; half++) {
             int child = job->search.known + begin;
-            springls__donors donors = springls__donors_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, half ? child : springls__other_half(job, child));
             for (i = 0; i < job->ctx->attribute_count; i++) {
                 const springls__attribute *attribute = &job->ctx->attributes[i];
-                if (attribute->split != SPRINGLS_BLEND) continue;
-                springls__donors_value(attribute, &donors, true, out);
+                if (attribute->split != SPRINGLS_POLICY_BLEND) continue;
+                springls__interpolate_value(attribute, &donors, true, out);
                 out += attribute->channels;
             }
         }
@@ -12472,11 +12472,11 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
             const springls__attribute *attribute = &job->ctx->attributes[i];
             float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
             for (c = 0; c < attribute->channels; c++) {
-                if (attribute->split == SPRINGLS_BLEND) first[c] = in[at + c];
-                if (attribute->split == SPRINGLS_SHARE) first[c] *= 0.5f;
-                second[c] = attribute->split == SPRINGLS_BLEND ? in[job->blended + at + c] : first[c];
+                if (attribute->split == SPRINGLS_POLICY_BLEND) first[c] = in[at + c];
+                if (attribute->split == SPRINGLS_POLICY_SHARE) first[c] *= 0.5f;
+                second[c] = attribute->split == SPRINGLS_POLICY_BLEND ? in[job->blended + at + c] : first[c];
             }
-            if (attribute->split == SPRINGLS_BLEND) at += attribute->channels;
+            if (attribute->split == SPRINGLS_POLICY_BLEND) at += attribute->channels;
         }
     }
 }
@@ -12493,7 +12493,7 @@ SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int kn
     job.search.ctx = ctx;
     job.search.a = (const springls__v3 *)ctx->attribute_memory[SPRINGLS__OLD_PLACES].data;
     job.search.known = known;
-    job.blended = springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    job.blended = springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
     if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
     springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
@@ -12507,12 +12507,12 @@ SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
     int i;
     for (; begin < end; begin++) {
         int child = job->search.known + begin;
-        springls__donors donors = springls__donors_of_springl(&job->search, child);
+        springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
             float *row = springls__attribute_row(attribute, child);
-            if (attribute->fill == SPRINGLS_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
-            else springls__donors_value(attribute, &donors, attribute->fill == SPRINGLS_BLEND, row);
+            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
+            else springls__interpolate_value(attribute, &donors, attribute->fill == SPRINGLS_POLICY_BLEND, row);
         }
     }
 }
@@ -12549,9 +12549,9 @@ SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *c
 /* ---- merge ---- */
 
 /* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
-typedef struct springls__heir { int index; float distance, area; } springls__heir;
+typedef struct springls__merge_target { int index; float distance, area; } springls__merge_target;
 
-SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const uint8_t *fate, int i)
+SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *fate, int i)
 {
     const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
     const springls__springl *s = ctx->model.set.s;
@@ -12559,7 +12559,7 @@ SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const
                                                          range * ctx->largest_spacing / ctx->smallest_spacing);
     springls__v3 n = springls__springl_normal(s[i]);
     float best = range * range;
-    springls__heir heir;
+    springls__merge_target heir;
     int j;
     heir.index = -1;
     heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
@@ -12574,41 +12574,41 @@ SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const
     return heir;
 }
 
-typedef struct springls__heirs_job {
+typedef struct springls__merge_targets_job {
     const springls_context *ctx;
     const uint8_t *fate;
-    springls__heir *heirs;
-} springls__heirs_job;
+    springls__merge_target *heirs;
+} springls__merge_targets_job;
 
-SPRINGLS__FN void springls__heirs_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__merge_targets_task(void *arg, int begin, int end)
 {
-    const springls__heirs_job *job = (const springls__heirs_job *)arg;
-    for (; begin < end; begin++) job->heirs[begin] = springls__heir_of(job->ctx, job->fate, begin);
+    const springls__merge_targets_job *job = (const springls__merge_targets_job *)arg;
+    for (; begin < end; begin++) job->heirs[begin] = springls__merge_target_of(job->ctx, job->fate, begin);
 }
 
 SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
 {
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
-        if (ctx->attributes[i].merge != SPRINGLS_COPY) return true;
+        if (ctx->attributes[i].merge != SPRINGLS_POLICY_COPY) return true;
     return false;
 }
 
 /* SCRATCH1 has the fate of every springl. */
 SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
 {
-    springls__heirs_job job;
+    springls__merge_targets_job job;
     size_t count = (size_t)ctx->model.set.count;
     if (!ctx->attribute_count) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
-    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     job.ctx = ctx;
     job.fate = (const uint8_t *)ctx->model.scratch[1];
-    job.heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
-    springls__parallel(ctx, (int)count, 256, springls__heirs_task, &job);
+    job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
 }
 
@@ -12618,21 +12618,21 @@ SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int 
     float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
     int c;
     for (c = 0; c < attribute->channels; c++)
-        to[c] += attribute->merge == SPRINGLS_SHARE ? from[c] : share * (from[c] - to[c]);
+        to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
 /* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
    leaves its share. */
 SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 {
-    springls__heir *heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+    springls__merge_target *heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     int i, k;
     for (i = 0; i < count; i++) {
-        springls__heir *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
+        springls__merge_target *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
         bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
         if (!heir) continue;
         for (k = 0; k < ctx->attribute_count; k++)
-            if (ctx->attributes[k].merge != SPRINGLS_COPY)
+            if (ctx->attributes[k].merge != SPRINGLS_POLICY_COPY)
                 springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
                                     merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
         if (merged) heir->area += heirs[i].area;
@@ -12654,7 +12654,7 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
 
 SPRINGLS__FN bool springls__policy_known(springls_policy policy)
 {
-    return policy == SPRINGLS_COPY || policy == SPRINGLS_BLEND || policy == SPRINGLS_SHARE;
+    return policy == SPRINGLS_POLICY_COPY || policy == SPRINGLS_POLICY_BLEND || policy == SPRINGLS_POLICY_SHARE;
 }
 
 /* The attribute of a number; NULL, and the reason, where there is none. */
@@ -12786,7 +12786,7 @@ SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, 
 }
 
 typedef struct springls__mesh_attribute_job {
-    springls__donor_search search;
+    springls__interpolation_search search;
     const springls_mesh *mesh;
     const springls__attribute *attribute;
     float *out;
@@ -12800,9 +12800,9 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        springls__donors donors = springls__donors_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
+        springls__interpolation_sources donors = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
                                              springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
-        springls__donors_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_BLEND,
+        springls__interpolate_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_POLICY_BLEND,
                             job->out + (size_t)begin * (size_t)job->attribute->channels);
     }
 }
@@ -12826,12 +12826,12 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out)
+SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(BIRTH) | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(PARENT)));
-    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "get_confidence: out is NULL");
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(BIRTH) | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(PARENT)));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "get_provenance: out is NULL");
     for (i = 0; i < ctx->model.set.count; i++) {
         uint32_t birth = ctx->model.set.birth[i];
         out[i].kind = (springls_kind)(birth & 3u);
@@ -12896,7 +12896,7 @@ SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, s
 {
     springls__material_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(A)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(A)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_materials: out is NULL");
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
@@ -13006,8 +13006,8 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
         int *inner;
-        SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
-        inner = (int *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+        SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, (size_t)given, sizeof(int)));
+        inner = (int *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
         for (i = 0; i < given; i++) inner[i] = -1;
         for (i = 0; i < ctx->original.count; i++) inner[ctx->original.source[i] / 2] = i;
         job.inner = inner;
@@ -13133,7 +13133,7 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
 
 /* ---- values at places ---- */
 
-SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
                                              const int *triangles, int triangle_count, float *out)
 {
     int i, k, c;
@@ -13165,13 +13165,13 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls_context *asked
 {
     springls__side_rule rule;
     rule.asked = &asked->model.grid;
-    rule.sign = operation == SPRINGLS_INTERSECTION || (operation == SPRINGLS_DIFFERENCE && of_other) ? -1.0f : 1.0f;
-    rule.alike = !of_other && operation != SPRINGLS_DIFFERENCE; /* one of the two is enough */
-    rule.opposite = !of_other && operation == SPRINGLS_DIFFERENCE;
+    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (operation == SPRINGLS_OPERATION_DIFFERENCE && of_other) ? -1.0f : 1.0f;
+    rule.alike = !of_other && operation != SPRINGLS_OPERATION_DIFFERENCE; /* one of the two is enough */
+    rule.opposite = !of_other && operation == SPRINGLS_OPERATION_DIFFERENCE;
     return rule;
 }
 
-SPRINGLS__FN bool springls__stays(const springls__side_rule *rule, const springls__springl *s)
+SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
     const float on_surface = 0.05f;
     float phi = springls__grid_sample(rule->asked, rule->asked->phi, s->p);
@@ -13182,7 +13182,7 @@ SPRINGLS__FN bool springls__stays(const springls__side_rule *rule, const springl
 }
 
 /* Corners beyond the seam are drawn in to it, towards the particle. */
-SPRINGLS__FN springls__springl springls__draw_in(const springls__side_rule *rule, springls__springl s)
+SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
 {
     const float enough = 0.1f; /* nearer to the seam a triangle would be left without an area */
     float here = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.p);
@@ -13196,8 +13196,8 @@ SPRINGLS__FN springls__springl springls__draw_in(const springls__side_rule *rule
 
 SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a, float b)
 {
-    if (operation == SPRINGLS_UNION) return springls__min(a, b);
-    return springls__max(a, operation == SPRINGLS_DIFFERENCE ? -b : b);
+    if (operation == SPRINGLS_OPERATION_UNION) return springls__min(a, b);
+    return springls__max(a, operation == SPRINGLS_OPERATION_DIFFERENCE ? -b : b);
 }
 
 /* ---- level sets ---- */
@@ -13309,24 +13309,24 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 /* ---- springls ---- */
 
 /* Which of a model's springls stay, to its SCRATCH1; returns how many. */
-SPRINGLS__FN springls_status springls__who_stays(springls_context *ctx, const springls__side_rule *rule, int *staying)
+SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
 {
     uint8_t *fate;
     int i;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, (void **)&fate));
     for (i = *staying = 0; i < ctx->model.set.count; i++) {
-        fate[i] = springls__stays(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        fate[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
         *staying += fate[i] == SPRINGLS__KEEP;
     }
     return SPRINGLS_OK;
 }
 
 /* Springl j of the other, behind all that are here. */
-SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_context *other, int j,
+SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
                                          const springls__side_rule *rule, bool turn)
 {
     const springls__constellation *set = &other->model.set;
-    springls__springl s = springls__draw_in(rule, set->s[j]);
+    springls__springl s = springls__pull_to_surface(rule, set->s[j]);
     uint32_t birth = set->birth[j], age = set->step - (birth >> 2);
     int i, k, n;
     if (turn) {
@@ -13351,11 +13351,11 @@ SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_c
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other)
 {
-    const bool turn = operation == SPRINGLS_DIFFERENCE;
+    const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
     int i, count = ctx->model.set.count, staying, coming;
-    SPRINGLS__TRY(springls__who_stays(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__who_stays(other, &its_rule, &coming));
+    SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
+    SPRINGLS__TRY(springls__mark_kept_springls(other, &its_rule, &coming));
     if (staying + coming == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     if (staying + coming > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
@@ -13365,10 +13365,10 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);
-    for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__draw_in(&rule, ctx->model.set.s[i]);
+    for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
         if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP)
-            springls__take_springl(ctx, other, i, &its_rule, turn);
+            springls__copy_other_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;
     springls__constellation_changed(ctx);
@@ -13384,13 +13384,13 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__whole(ctx, springls__fill_gaps));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
 
 /* Springls and level set have new boundaries: edges are found, gaps are filled, and phi is what the springls say, if asked. */
-SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool project)
+SPRINGLS__FN springls_status springls__run_until_steady(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
     ctx->locked_count = 0;
@@ -13399,8 +13399,8 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
-    springls__phi_in_step(ctx);
+    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+    springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
 
@@ -13408,17 +13408,17 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_DIFFERENCE));
+    SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__settle_down(ctx, true);
+    return springls__run_until_steady(ctx, true);
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
                                                       const springls_context *other)
 {
-    if (operation != SPRINGLS_UNION && operation != SPRINGLS_INTERSECTION && operation != SPRINGLS_DIFFERENCE)
+    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION && operation != SPRINGLS_OPERATION_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
     if (!other || other == ctx)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");
@@ -13536,7 +13536,7 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
 typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh; } springls__dress_job;
 
 /* What the kernel of this name has found for each vertex, in the world. */
-SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
     void *const *found = job->ctx->model.scratch;
@@ -13549,18 +13549,18 @@ SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx, springls_mesh *out)
+SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
 {
     springls__raw_mesh raw;
     springls__dress_job job;
     size_t vertices;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, vertices, sizeof(springls__v3), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, vertices, sizeof(springls__v3), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, vertices, sizeof(int), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_dress, raw.vertex_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, springls__no_job());
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH1, vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH2, vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH3, vertices * sizeof(int)));
@@ -13570,7 +13570,7 @@ SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx,
     springls__keep_orientation(ctx, out);
     job.ctx = ctx;
     job.mesh = out;
-    springls__parallel(ctx, raw.vertex_count, 1024, springls__dress_task, &job);
+    springls__parallel(ctx, raw.vertex_count, 1024, springls__attach_vertex_data_task, &job);
     return SPRINGLS_OK;
 }
 
@@ -13582,7 +13582,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
-    status = springls__told(ctx, springls__dressed_isosurface(ctx, out));
+    status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
     return status;
 }
@@ -13755,7 +13755,7 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_sort(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
-    return springls__settle_down(ctx, false); /* phi is exact already */
+    return springls__run_until_steady(ctx, false); /* phi is exact already */
 }
 
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
@@ -13803,7 +13803,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     memset(&step, 0, sizeof step);
     forces.curvature_weight = 1.0f;
     step.forces = &forces;
-    step.mode = SPRINGLS_FLUID;
+    step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
     if (!params.volume_lock) ctx->locked_count = 0; /* what an earlier call has locked may have changed since */
     ctx->model.params.keep_edges = 0;
@@ -13824,12 +13824,12 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
-        SPRINGLS__TRY(springls__whole(ctx, springls__relax));
-        SPRINGLS__TRY(springls__whole(ctx, springls__contract_now));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__relax));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
-    springls__phi_in_step(ctx);
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+    springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
 
@@ -13856,7 +13856,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__told(ctx, springls__isosurface(ctx, &raw)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)raw.triangle_count * 3, sizeof *sides, (void **)&sides));
     SPRINGLS__TRY(springls__scratch(ctx, 4, (size_t)raw.vertex_count, sizeof *parent, (void **)&parent));
@@ -13901,7 +13901,7 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     uint64_t hash = 14695981039346656037u;
     int i, v;
     if (!ctx) return 0;
-    springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
+    springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ACTIVE)
                              | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(PHI));
     for (i = 0; i < ctx->model.set.count; i++) hash = springls__hash(hash, &ctx->model.set.s[i], sizeof ctx->model.set.s[i]);
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
@@ -13924,12 +13924,12 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
    chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
 
 /* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
-typedef struct springls__crew { uint64_t ids; springls__v3 places, origins; int count; } springls__crew; /* sums of p and a */
+typedef struct springls__brick_signature { uint64_t ids; springls__v3 places, origins; int count; } springls__brick_signature; /* sums of p and a */
 
 struct springls_chunks {
     springls_chunks_desc desc;
     springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
-    springls__crew *crew;       /* of a slot, when it was last meshed                                           */
+    springls__brick_signature *crew;       /* of a slot, when it was last meshed                                           */
     uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
     uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
     int *list;
@@ -13959,7 +13959,7 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
     c->shown.slot_brick = (int *)c->slot_brick.data;
     c->shown.free_slots = (int *)c->free_slots.data;
     c->shown.phi = (float *)c->phi.data;
-    c->crew = (springls__crew *)c->crews.data;
+    c->crew = (springls__brick_signature *)c->crews.data;
     return SPRINGLS_OK;
 }
 
@@ -13986,11 +13986,11 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
 /* ---- what has changed ---- */
 
 /* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
-   normal on voxels one further. Bits as in springls__reach_of_row. */
+   normal on voxels one further. Bits as in springls__neighbor_mask_of_row. */
 SPRINGLS__FN uint32_t springls__bricks_touched_by(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
-    return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
+    return springls__neighbor_mask_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
 /* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
@@ -14087,14 +14087,14 @@ SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
 }
 
 /* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
-SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_chunks *c)
+SPRINGLS__FN springls_status springls__collect_signatures(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__crew *crew;
+    springls__brick_signature *crew;
     void *memory;
     int i, slot;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)c->shown.slot_count, sizeof *crew, &memory));
-    crew = (springls__crew *)memory;
+    crew = (springls__brick_signature *)memory;
     memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
@@ -14268,11 +14268,11 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     job.ctx = ctx;
     job.chunks = c;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (c->desc.material) SPRINGLS__TRY(springls__cells_build(ctx));
+    if (c->desc.material) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__show_task, &job);
     for (i = 0; i < listed; i++) springls__mark_around(c, i);
-    if (c->desc.material) SPRINGLS__TRY(springls__muster(ctx, c));
+    if (c->desc.material) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
     springls__drop_shown(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
@@ -14328,7 +14328,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
     else *count = 0;
-    return springls__told(ctx, status);
+    return springls__report_device_failure(ctx, status);
 }
 
 /* ======== >>snapshot  (src/snapshot.h) ========================================================================= */
@@ -14367,7 +14367,7 @@ typedef struct springls__snapshot_state {
 /* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
 typedef enum springls__section {
     SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
-    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_WAS + 1,
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_SYNCED_POSITION + 1,
     SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
     SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
     SPRINGLS__SECTION_PHI,
@@ -14688,7 +14688,7 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
                                         const springls__layout *layout, const char *block)
 {
-    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
+    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
     bool good = true;
     int i;
@@ -14698,7 +14698,7 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
         if (i < SPRINGLS__SECTION_NEIGHBORS) {
             if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
             if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
-            if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
+            if (i == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
         } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
         else if (i == SPRINGLS__SECTION_BRICKS)
             good =
@@ -14711,7 +14711,7 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
             good = good
                 && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
         else if (i >= SPRINGLS__SECTION_VALUES && i < SPRINGLS__SECTION_REFERENCE_SIDES)
-            continue; /* attributes: sums of SPRINGLS_SHARE may have left the floats, and nothing is decided by them */
+            continue; /* attributes: sums of SPRINGLS_POLICY_SHARE may have left the floats, and nothing is decided by them */
         else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
                  && i != SPRINGLS__SECTION_LOCKED)
             good = good && springls__all_finite(data, bytes);
@@ -14866,8 +14866,8 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
     SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s));
-    springls__drop_step(ctx);
-    springls__host_anew(ctx);
+    springls__abandon_step(ctx);
+    springls__discard_device_copies(ctx);
     ctx->model.params = s.params;
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &layout, (const char *)block);
@@ -14894,16 +14894,16 @@ static const char *const springls__kernel_lines[] = {
     "#line 620 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
-    "typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
-    "typedef enum springls_weight { SPRINGLS_W_LINEAR, SPRINGLS_W_ATANH, SPRINGLS_W_SPLINE_FAR,           /* paper, Fig. 8b: */\n",
-    "                               SPRINGLS_W_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */\n",
+    "typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
+    "typedef enum springls_weight { SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_ATANH, SPRINGLS_WEIGHT_SPLINE_FAR,           /* paper, Fig. 8b: */\n",
+    "                               SPRINGLS_WEIGHT_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */\n",
     "typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */\n",
     "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */\n",
     "\n",
     "/* Where a split or filled springl gets its place and its correspondence. */\n",
     "typedef enum springls_placement {\n",
-    "    SPRINGLS_PLACE_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */\n",
-    "    SPRINGLS_PLACE_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */\n",
+    "    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */\n",
+    "    SPRINGLS_PLACEMENT_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */\n",
     "} springls_placement;\n",
     "\n",
     "/* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;\n",
@@ -15258,7 +15258,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */\n",
     "    springls__v3 p;         /* particle                                                                         */\n",
     "    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */\n",
-    "    float reach;            /* max |q[m] - p|                                                                   */\n",
+    "    float bounding_radius; /* max |q[m] - p|                                                                   */\n",
     "} springls__springl;\n",
     "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
@@ -15268,20 +15268,20 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint32_t *id;\n",
     "    SPRINGLS__GLOBAL uint32_t *generation;\n",
     "    SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */\n",
-    "    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */\n",
+    "    SPRINGLS__GLOBAL int32_t *component;           /* the component it was part of when volumes were last locked; -1: none known */\n",
     "    SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */\n",
     "    SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */\n",
     "    SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */\n",
     "    SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */\n",
-    "    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */\n",
+    "    SPRINGLS__GLOBAL springls__v3 *synced_position;       /* where the particle was when phi was last in step with it       */\n",
     "    int count, at_edges; /* at_edges: how many lie at a sharp edge */\n",
     "    uint32_t next_id, step; /* step: of the model, modulo 2^30 */\n",
     "} springls__constellation;\n",
     "\n",
     "/* Kinds of springls: springls_kind of the interface. */\n",
-    "#define SPRINGLS__ORIGINAL 0u\n",
-    "#define SPRINGLS__SPLIT 1u\n",
-    "#define SPRINGLS__FILLED 2u\n",
+    "#define SPRINGLS__KIND_ORIGINAL 0u\n",
+    "#define SPRINGLS__KIND_SPLIT 1u\n",
+    "#define SPRINGLS__KIND_FILLED 2u\n",
     "\n",
     "/* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant\n",
     "   bricks, far outside and far inside, so that every brick of the top table can be read without a test. */\n",
@@ -15309,15 +15309,15 @@ static const char *const springls__kernel_lines[] = {
     "} springls__grid;\n",
     "\n",
     "/* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */\n",
-    "typedef struct springls__cells {\n",
+    "typedef struct springls__cell_list {\n",
     "    SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */\n",
-    "    SPRINGLS__GLOBAL uint32_t *near_first; /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1    */\n",
-    "    SPRINGLS__GLOBAL uint32_t *near_ids;\n",
+    "    SPRINGLS__GLOBAL uint32_t *brick_list_first; /* brick_list_ids of active brick i: brick_list_first[i] .. brick_list_first[i+1]-1    */\n",
+    "    SPRINGLS__GLOBAL uint32_t *brick_list_ids;\n",
     "    SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */\n",
     "    SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */\n",
-    "    float reach;                           /* of the springls that are in cells                                 */\n",
+    "    float bounding_radius;                         /* of the springls that are in cells                                 */\n",
     "    int large_count;\n",
-    "} springls__cells;\n",
+    "} springls__cell_list;\n",
     "\n",
     "/* Forces that kernels can take by themselves (advect.h). */\n",
     "struct springls__force_rule;\n",
@@ -15347,14 +15347,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__constellation set;\n",
     "    springls__grid grid;\n",
     "    springls__grid reference;           /* phi_ref: top table and phi only                                      */\n",
-    "    springls__cells cells;\n",
+    "    springls__cell_list cells;\n",
     "    SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */\n",
     "    SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */\n",
     "    springls__forces_here force;        /* what moves it, where no callback does                                */\n",
     "    SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */\n",
     "    SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */\n",
     "    SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */\n",
-    "    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */\n",
+    "    SPRINGLS__GLOBAL int *new_slots;      /* ... slots of new ones, ...                                        */\n",
     "    SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */\n",
     "    springls__group group;\n",
     "    springls_params params;\n",
@@ -15364,15 +15364,15 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__ARRAYS(X)                                                                                                       \\\n",
     "    X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \\\n",
     "    X(GENERATION, uint32_t, 1, set.generation)                                                                                    \\\n",
-    "    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \\\n",
+    "    X(MASK, uint8_t, 1, set.mask) X(COMPONENT, int32_t, 1, set.component) X(EDGE, uint8_t, 1, set.edge)                                     \\\n",
     "    X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \\\n",
-    "    X(WAS, springls__v3, 1, set.was)                                                                                              \\\n",
+    "    X(SYNCED_POSITION, springls__v3, 1, set.synced_position)                                                                                              \\\n",
     "    X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \\\n",
     "    X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \\\n",
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \\\n",
     "    X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \\\n",
-    "    X(IDS, uint32_t, 1, cells.ids) X(NEAR_FIRST, uint32_t, 1, cells.near_first) X(NEAR_IDS, uint32_t, 1, cells.near_ids)          \\\n",
+    "    X(IDS, uint32_t, 1, cells.ids) X(BRICK_LIST_FIRST, uint32_t, 1, cells.brick_list_first) X(BRICK_LIST_IDS, uint32_t, 1, cells.brick_list_ids)          \\\n",
     "    X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \\\n",
     "    X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \\\n",
     "    X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \\\n",
@@ -15380,14 +15380,14 @@ static const char *const springls__kernel_lines[] = {
     "    X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \\\n",
     "    X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \\\n",
     "    X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \\\n",
-    "    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)\n",
+    "    X(NEW_SLOTS, int, 1, new_slots) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)\n",
     "\n",
     "/* All of a springl, on its way to another place. */\n",
     "typedef struct springls__packed {\n",
     "    springls__springl s;\n",
-    "    springls__v3 a, was;\n",
+    "    springls__v3 a, synced_position;\n",
     "    uint32_t id, generation;\n",
-    "    int32_t part;\n",
+    "    int32_t component;\n",
     "    float phi;\n",
     "    uint32_t mask, edge, parent, birth;\n",
     "} springls__packed;\n",
@@ -15408,7 +15408,7 @@ static const char *const springls__kernel_lines[] = {
     "        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
     "        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));\n",
     "    }\n",
-    "    s.reach = springls__sqrt(reach2);\n",
+    "    s.bounding_radius = springls__sqrt(reach2);\n",
     "    return s;\n",
     "}\n",
     "\n",
@@ -15417,7 +15417,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl s;\n",
     "    s.q[0] = t.a; s.q[1] = t.b; s.q[2] = t.c;\n",
     "    s.p = p;\n",
-    "    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.reach = 0.0f;\n",
+    "    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.bounding_radius = 0.0f;\n",
     "    return springls__springl_finished(s);\n",
     "}\n",
     "\n",
@@ -15443,26 +15443,26 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);\n",
     "    model->set.generation[i] = generation;\n",
     "    model->set.mask[i] = mask;\n",
-    "    model->set.part[i] = -1;\n",
+    "    model->set.component[i] = -1;\n",
     "    model->set.edge[i] = 0;\n",
     "    model->set.parent[i] = model->set.id[i];\n",
-    "    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);\n",
+    "    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);\n",
     "    model->set.phi[i] = 0.0f;\n",
-    "    model->set.was[i] = s.p;\n",
+    "    model->set.synced_position[i] = s.p;\n",
     "}\n",
     "\n",
     "/* phi has been made to follow the springls. */\n",
-    "SPRINGLS__MATHS void springls__phi_in_step_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    model->set.was[i] = model->set.s[i].p;\n",
+    "    model->set.synced_position[i] = model->set.s[i].p;\n",
     "}\n",
     "\n",
     "/* To SCRATCH7: how far a particle has come since then, squared. */\n",
-    "SPRINGLS__MATHS void springls__way_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.was[i]));\n",
+    "    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));\n",
     "}\n",
     "\n",
     "/* The model's numbers, as kernels are given them. */\n",
@@ -15470,7 +15470,7 @@ static const char *const springls__kernel_lines[] = {
     "    int size[3], bricks[3], springls, at_edges;\n",
     "    uint32_t next_id, step;\n",
     "    int active_count, free_count, slot_count, large_count;\n",
-    "    float far_value, reference_far_value, reach;\n",
+    "    float far_value, reference_far_value, bounding_radius;\n",
     "} springls__shape;\n",
     "\n",
     "SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)\n",
@@ -15491,7 +15491,7 @@ static const char *const springls__kernel_lines[] = {
     "    shape.large_count = model->cells.large_count;\n",
     "    shape.far_value = model->grid.far_value;\n",
     "    shape.reference_far_value = model->reference.far_value;\n",
-    "    shape.reach = model->cells.reach;\n",
+    "    shape.bounding_radius = model->cells.bounding_radius;\n",
     "    return shape;\n",
     "}\n",
     "\n",
@@ -15512,7 +15512,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->cells.large_count = shape.large_count;\n",
     "    model->grid.far_value = shape.far_value;\n",
     "    model->reference.far_value = shape.reference_far_value;\n",
-    "    model->cells.reach = shape.reach;\n",
+    "    model->cells.bounding_radius = shape.bounding_radius;\n",
     "}\n",
     "#line 1771 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
@@ -15548,7 +15548,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit\n",
     "   (dx+1) + 3(dy+1) + 9(dz+1). */\n",
-    "SPRINGLS__MATHS uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)\n",
+    "SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)\n",
     "{\n",
     "    uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;\n",
     "    uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);\n",
@@ -15863,15 +15863,15 @@ static const char *const springls__kernel_lines[] = {
     "    springls__slot_origin(g, g->active[i], origin);\n",
     "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
     "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
-    "    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
+    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
     "        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
     "        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
     "        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
     "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
-    "        float reach = s->reach * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
+    "        float reach = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
     "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++)\n",
@@ -15906,7 +15906,7 @@ static const char *const springls__kernel_lines[] = {
     "/* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */\n",
     "typedef struct springls__cell_walk {\n",
     "    const springls__grid *g;\n",
-    "    const springls__cells *cells;\n",
+    "    const springls__cell_list *cells;\n",
     "    int lo[3], hi[3], x, y, z;\n",
     "    uint32_t next, end;\n",
     "    int large;\n",
@@ -15971,7 +15971,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,\n",
     "                                                               springls__v3 upper, float radius)\n",
     "{\n",
-    "    float r = radius + model->cells.reach;\n",
+    "    float r = radius + model->cells.bounding_radius;\n",
     "    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),\n",
     "                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));\n",
     "}\n",
@@ -15988,19 +15988,19 @@ static const char *const springls__kernel_lines[] = {
     "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
     "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
     "    (void)job;\n",
-    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->reach > reach_cap ? SPRINGLS__LARGE_KEY\n",
+    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY\n",
     "                        : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
     "}\n",
     "\n",
-    "/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */\n",
-    "SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *cell)\n",
+    "/* The bricks that the particles of an active brick are within one cell of: see springls__neighbor_mask_of_row. */\n",
+    "SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)\n",
     "{\n",
     "    uint32_t reach = 0;\n",
     "    int y, z;\n",
     "    for (z = 0; z < 4; z++)\n",
     "        for (y = 0; y < 4; y++, cell += 4)\n",
     "            if (cell[4] > cell[0])\n",
-    "                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
+    "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
     "#line 2263 \"springls.h\"\n",
@@ -16045,10 +16045,10 @@ static const char *const springls__kernel_lines[] = {
     "    walk = springls__cell_walk_around(model, lower, upper, radius);\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &all[other];\n",
-    "        float within = radius + o->reach + self->reach;\n",
+    "        float within = radius + o->bounding_radius + self->bounding_radius;\n",
     "        if (other == n) continue;\n",
     "        if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;\n",
-    "        within = radius + o->reach;\n",
+    "        within = radius + o->bounding_radius;\n",
     "        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within\n",
     "            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;\n",
     "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
@@ -16467,17 +16467,17 @@ static const char *const springls__kernel_lines[] = {
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
-    "#define SPRINGLS__FAN_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
+    "#define SPRINGLS__ANGULAR_GAPS_SIZE 64 /* more neighbours than that leave no angle of interest open */\n",
     "\n",
-    "typedef struct springls__fan {\n",
+    "typedef struct springls__angular_gaps {\n",
     "    springls__v3 e1, e2;             /* the tangent frame */\n",
-    "    float angle[SPRINGLS__FAN_SIZE]; /* ascending, radians */\n",
+    "    float angle[SPRINGLS__ANGULAR_GAPS_SIZE]; /* ascending, radians */\n",
     "    int count;\n",
-    "} springls__fan;\n",
+    "} springls__angular_gaps;\n",
     "\n",
-    "SPRINGLS__MATHS springls__fan springls__fan_begin(springls__v3 n)\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_begin(springls__v3 n)\n",
     "{\n",
-    "    springls__fan fan;\n",
+    "    springls__angular_gaps fan;\n",
     "    fan.e1 = springls__any_tangent(n);\n",
     "    fan.e2 = springls__cross(n, fan.e1);\n",
     "    fan.count = 0;\n",
@@ -16485,11 +16485,11 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Adds a neighbour at d from the place; one straight above or below has no direction. */\n",
-    "SPRINGLS__MATHS springls__fan springls__fan_add(springls__fan fan, springls__v3 d)\n",
+    "SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angular_gaps fan, springls__v3 d)\n",
     "{\n",
     "    float u = springls__dot(d, fan.e1), v = springls__dot(d, fan.e2), angle;\n",
     "    int i;\n",
-    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__FAN_SIZE) return fan;\n",
+    "    if (u * u + v * v < 1e-6f || fan.count == SPRINGLS__ANGULAR_GAPS_SIZE) return fan;\n",
     "    angle = springls__atan2(v, u);\n",
     "    for (i = fan.count; i > 0 && fan.angle[i - 1] > angle; i--) fan.angle[i] = fan.angle[i - 1];\n",
     "    fan.angle[i] = angle;\n",
@@ -16498,12 +16498,12 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The two largest angles without a neighbour, and the direction that halves the largest. */\n",
-    "typedef struct springls__opening { float angle, second; springls__v3 middle; } springls__opening;\n",
+    "typedef struct springls__widest_gap { float angle, second; springls__v3 middle; } springls__widest_gap;\n",
     "\n",
-    "SPRINGLS__MATHS springls__opening springls__fan_opening(springls__fan fan)\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__angular_gaps fan)\n",
     "{\n",
     "    const float turn = 6.28318531f, over_pi = 0.318309886f;\n",
-    "    springls__opening opening;\n",
+    "    springls__widest_gap opening;\n",
     "    float from, middle;\n",
     "    int i;\n",
     "    opening.angle = turn;\n",
@@ -16526,10 +16526,10 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* 1 when the neighbours lie around the place as a sheet does: on all sides, or on all but one at its rim. A thread leaves\n",
     "   two sides open, its end and a drop nearly all. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__fan fan)\n",
+    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps fan)\n",
     "{\n",
     "    const float degree = 0.0174532925f;\n",
-    "    springls__opening opening = springls__fan_opening(fan);\n",
+    "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
     "#line 2797 \"springls.h\"\n",
@@ -16543,7 +16543,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i, nearest = -1;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        float d2, reach = radius + s->reach;\n",
+    "        float d2, reach = radius + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
     "        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
@@ -16555,17 +16555,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */\n",
-    "SPRINGLS__MATHS springls__opening springls__opening_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)\n",
+    "SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)\n",
     "{\n",
-    "    springls__fan fan = springls__fan_begin(n);\n",
+    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;\n",
-    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);\n",
+    "        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);\n",
     "    }\n",
-    "    return springls__fan_opening(fan);\n",
+    "    return springls__angular_gaps_widest(fan);\n",
     "}\n",
     "\n",
     "/* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become\n",
@@ -16573,13 +16573,13 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)\n",
     "{\n",
     "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
-    "    springls__fan fan = springls__fan_begin(n);\n",
+    "    springls__angular_gaps fan = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
-    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);\n",
+    "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);\n",
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
@@ -16722,7 +16722,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.\n",
     "   Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */\n",
-    "SPRINGLS__MATHS uint8_t springls__merged_fate(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)\n",
+    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
     "    springls__springl s = model->set.s[i];\n",
@@ -16747,7 +16747,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];\n",
     "    uint8_t now = fate[i];\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__merged_fate(model, fate, i) : now;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;\n",
     "}\n",
     "\n",
     "/* All that are kept so far are undecided. */\n",
@@ -16919,20 +16919,20 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */\n",
-    "typedef struct springls__say { float weight, distance; } springls__say;\n",
+    "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
     "\n",
-    "SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
+    "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    springls__v3 d = springls__sub(x, p);\n",
     "    float along = springls__dot(direction, n);\n",
-    "    springls__say say;\n",
+    "    springls__estimate say;\n",
     "    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;\n",
     "    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));\n",
     "    return say;\n",
     "}\n",
     "\n",
     "/* Sums of less weight say nothing. */\n",
-    "#define SPRINGLS__HEARD 1e-3f\n",
+    "#define SPRINGLS__MIN_WEIGHT 1e-3f\n",
     "\n",
     "/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */\n",
     "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
@@ -16963,38 +16963,38 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
-    "SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)\n",
+    "SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)\n",
     "{\n",
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
     "/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with\n",
     "   its old value in it. */\n",
-    "SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)\n",
+    "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }\n",
+    "SPRINGLS__MATHS int springls__is_side_unknown(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }\n",
     "\n",
     "/* The old value again, where nobody could help. */\n",
-    "SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)\n",
+    "SPRINGLS__MATHS float springls__restore_side(float phi, float far_value)\n",
     "{\n",
-    "    if (!springls__is_doubtful(phi, far_value)) return phi;\n",
+    "    if (!springls__is_side_unknown(phi, far_value)) return phi;\n",
     "    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;\n",
     "}\n",
     "\n",
     "/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */\n",
-    "SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }\n",
+    "SPRINGLS__MATHS float springls__known_side(float phi, float far_value) { return springls__is_side_unknown(phi, far_value) ? 0.0f : phi; }\n",
     "\n",
     "/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so\n",
     "   much. Where they say no more than `enough` the voxel stays in doubt. */\n",
-    "SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, float enough)\n",
+    "SPRINGLS__MATHS float springls__resolved_side(springls__cross7 v, float far_value, float enough)\n",
     "{\n",
     "    float sum, nearest;\n",
-    "    if (!springls__is_doubtful(v.c, far_value)) return v.c;\n",
-    "    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)\n",
-    "        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);\n",
+    "    if (!springls__is_side_unknown(v.c, far_value)) return v.c;\n",
+    "    sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value) + springls__known_side(v.ym, far_value)\n",
+    "        + springls__known_side(v.yp, far_value) + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);\n",
     "    if (springls__fabs(sum) <= enough) return v.c;\n",
     "    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
     "                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
@@ -17005,7 +17005,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and\n",
     "   not far aside. */\n",
-    "SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
+    "SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
     "{\n",
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
@@ -17013,7 +17013,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it\n",
     "   becomes there, else itself. */\n",
-    "SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)\n",
+    "SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)\n",
     "{\n",
     "    float lo = springls__least(v), hi = springls__most(v);\n",
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
@@ -17026,7 +17026,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */\n",
     "#define SPRINGLS__TRIES 6  /* directions looked at for sides                             */\n",
-    "#define SPRINGLS__CROWD 96 /* springls about a place                                        */\n",
+    "#define SPRINGLS__SAMPLE_SET_SIZE 96 /* springls about a place                                        */\n",
     "#define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */\n",
     "#define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */\n",
     "#define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */\n",
@@ -17207,17 +17207,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The springls about a place. */\n",
-    "typedef struct springls__crowd {\n",
-    "    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];\n",
-    "    float weight[SPRINGLS__CROWD];\n",
-    "    int id[SPRINGLS__CROWD], count;\n",
-    "} springls__crowd;\n",
+    "typedef struct springls__sample_set {\n",
+    "    springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];\n",
+    "    float weight[SPRINGLS__SAMPLE_SET_SIZE];\n",
+    "    int id[SPRINGLS__SAMPLE_SET_SIZE], count;\n",
+    "} springls__sample_set;\n",
     "\n",
     "/* False when it is full. */\n",
-    "SPRINGLS__MATHS bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)\n",
+    "SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)\n",
     "{\n",
     "    int i = crowd->count;\n",
-    "    if (i == SPRINGLS__CROWD) return false;\n",
+    "    if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;\n",
     "    crowd->p[i] = p;\n",
     "    crowd->n[i] = n;\n",
     "    crowd->a[i] = a;\n",
@@ -17228,14 +17228,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* narrow, certain: see springls__find_sides. */\n",
-    "SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)\n",
+    "SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *crowd, float narrow, bool certain)\n",
     "{\n",
     "    return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);\n",
     "}\n",
     "\n",
-    "/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */\n",
-    "SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,\n",
-    "                                            springls__crowd *crowd)\n",
+    "/* Those with particles within the radius, or as much of it as SPRINGLS__SAMPLE_SET_SIZE of them fill; before `known` only. */\n",
+    "SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,\n",
+    "                                            springls__sample_set *crowd)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
     "                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
@@ -17246,7 +17246,7 @@ static const char *const springls__kernel_lines[] = {
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);\n",
     "        if (i >= known || weight <= 0.0f) continue;\n",
-    "        if (springls__join(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
+    "        if (springls__sample_set_add(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
     "        if (radius < least) return; /* they lie on each other: these will do */\n",
     "        radius *= 0.8f;             /* too many: begin again */\n",
     "        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
@@ -17256,7 +17256,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* One side's surface about x; springl `self` is not asked. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *crowd, springls__sides sides, int side,\n",
     "                                                        springls__v3 x, springls__v3 a0, int self)\n",
     "{\n",
     "    springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);\n",
@@ -17276,7 +17276,7 @@ static const char *const springls__kernel_lines[] = {
     "/* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal\n",
     "   is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.\n",
     "   ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,\n",
+    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *crowd, springls__sides sides, springls__v3 x,\n",
     "                                                       springls__v3 n, springls__v3 a0, int self, int ways, int at_least)\n",
     "{\n",
     "    const float doubt = 0.1f; /* voxel: what a normal counts against a distance */\n",
@@ -17315,26 +17315,26 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,\n",
     "                                             int known, springls__fit_result *result)\n",
     "{\n",
-    "    springls__crowd crowd;\n",
+    "    springls__sample_set crowd;\n",
     "    springls__sides sides;\n",
     "    int i, edges = 0;\n",
     "    if (model->set.at_edges == 0) return false;\n",
-    "    springls__gather_crowd(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);\n",
+    "    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);\n",
     "    for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];\n",
     "    if (edges == 0) return false;\n",
-    "    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);\n",
+    "    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, false);\n",
     "    if (sides.count < 2) return false;\n",
     "    *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);\n",
     "    return result->ok != 0;\n",
     "}\n",
     "\n",
     "/* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */\n",
-    "SPRINGLS__MATHS springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)\n",
+    "SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *crowd, springls__v3 x)\n",
     "{\n",
-    "    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;\n",
+    "    springls__sides sides = springls__sample_set_sides(crowd, 0.0f, false), known;\n",
     "    springls__v3 p[SPRINGLS__SIDES];\n",
     "    float height[SPRINGLS__SIDES];\n",
-    "    springls__say all;\n",
+    "    springls__estimate all;\n",
     "    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;\n",
     "    all.weight = all.distance = 0.0f;\n",
     "    if (sides.count == 0) return all;\n",
@@ -17343,7 +17343,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "        float weight = 0.0f, value = 0.0f;\n",
     "        for (i = 0; i < crowd->count; i++) {\n",
-    "            springls__say say;\n",
+    "            springls__estimate say;\n",
     "            if (springls__side_of(sides, crowd->n[i]) != side) continue;\n",
     "            say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);\n",
     "            weight += say.weight;\n",
@@ -17401,7 +17401,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */\n",
     "    SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];\n",
     "    springls__springl s = model->set.s[i];\n",
-    "    springls__crowd crowd;\n",
+    "    springls__sample_set crowd;\n",
     "    springls__fit_result fit;\n",
     "    springls__sides sides;\n",
     "    bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */\n",
@@ -17409,9 +17409,9 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.edge[i] = 0;\n",
     "    if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;\n",
-    "    springls__gather_crowd(model, s.p, radius, model->set.count, &crowd);\n",
+    "    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);\n",
     "    for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);\n",
-    "    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);\n",
+    "    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);\n",
     "    if (sides.count < 2) return;\n",
     "    fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);\n",
     "    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;\n",
@@ -17467,7 +17467,7 @@ static const char *const springls__kernel_lines[] = {
     "    float radius = model->params.neighbor_radius;\n",
     "    int attempt;\n",
     "    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {\n",
-    "        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.reach);\n",
+    "        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);\n",
     "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;\n",
     "        float best = FLT_MAX;\n",
     "        int other, count = 0;\n",
@@ -17574,7 +17574,7 @@ static const char *const springls__kernel_lines[] = {
     "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
     "    child.a = model->set.a[i];\n",
     "    child.pad = 0.0f;\n",
-    "    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {\n",
+    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
     "        if (fit.ok) {\n",
     "            for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
@@ -17616,7 +17616,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];\n",
     "    uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];\n",
-    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);\n",
+    "    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);\n",
     "    springls__half first, second;\n",
     "    int n = model->set.count + (int)at;\n",
     "    if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;\n",
@@ -17624,14 +17624,14 @@ static const char *const springls__kernel_lines[] = {
     "    second = halves[2u * at + 1u];\n",
     "    model->set.generation[i]++;\n",
     "    springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);\n",
-    "    model->set.was[n] = springls__sub(second.s.p, moved);\n",
+    "    model->set.synced_position[n] = springls__sub(second.s.p, moved);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "    model->set.birth[i] = springls__birth_of(model,\n",
-    "                                             (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);\n",
+    "                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);\n",
     "    model->set.birth[n] = model->set.birth[i];\n",
     "    model->set.s[i] = first.s;\n",
     "    model->set.a[i] = first.a;\n",
-    "    model->set.was[i] = springls__sub(first.s.p, moved);\n",
+    "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
     "#line 3905 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
@@ -17802,17 +17802,17 @@ static const char *const springls__kernel_lines[] = {
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
-    "    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];\n",
+    "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];\n",
     "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
+    "        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
     "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
     "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
     "        for (z = z0; z <= z1; z++)\n",
     "            for (y = y0; y <= y1; y++) {\n",
     "                v = 8 * y + 64 * z;\n",
     "                if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);\n",
+    "                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);\n",
     "            }\n",
     "    }\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
@@ -17963,7 +17963,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides\n",
     "   live in phi, which receives what is granted of what phi_next asks for. */\n",
-    "SPRINGLS__MATHS void springls__colour_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -17980,7 +17980,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* What was not granted is taken out of phi_next. */\n",
-    "SPRINGLS__MATHS void springls__hold_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float held = 0.25f; /* a voxel that may not change stays next to the interface */\n",
@@ -18095,7 +18095,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Which of the 27 bricks around (and including) a brick the band reaches. */\n",
-    "SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
+    "SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
     "{\n",
     "    uint32_t reach = 0;\n",
     "    int x, y, z;\n",
@@ -18103,7 +18103,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (y = 0; y < 8; y++) {\n",
     "            uint32_t row = 0;\n",
     "            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;\n",
-    "            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
+    "            if (row) reach |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
     "        }\n",
     "    return reach;\n",
     "}\n",
@@ -18112,7 +18112,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(\n",
+    "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
     "#line 4391 \"springls.h\"\n",
@@ -18128,7 +18128,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    o->p = s.p;\n",
     "    o->n = springls__springl_normal(s);\n",
-    "    o->moved = springls__sub(s.p, model->set.was[n]);\n",
+    "    o->moved = springls__sub(s.p, model->set.synced_position[n]);\n",
     "    o->edge = springls__at_edge(model, (int)n);\n",
     "}\n",
     "\n",
@@ -18202,8 +18202,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
     "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
     "\n",
-    "/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "/* springls__resolved_side and springls__remove_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
+    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
     "                                          SPRINGLS__GLOBAL float *out);\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);\n",
     "\n",
@@ -18275,8 +18275,8 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
-    "    springls__crowd crowd;\n",
-    "    springls__say say;\n",
+    "    springls__sample_set crowd;\n",
+    "    springls__estimate say;\n",
     "    int r, k, edges = 0;\n",
     "    crowd.count = 0;\n",
     "    for (r = 0; r < near_by->count; r++)\n",
@@ -18285,7 +18285,7 @@ static const char *const springls__kernel_lines[] = {
     "            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;\n",
     "            if (weight <= 0.0f) continue;\n",
     "            edges += s->edge;\n",
-    "            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);\n",
+    "            springls__sample_set_add(&crowd, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
     "    if (edges == 0) return false;\n",
     "    say = springls__edge_distance(&crowd, x);\n",
@@ -18305,7 +18305,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            springls__v3 d = springls__sub(x, s->p);\n",
     "            if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;\n",
-    "            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))\n",
+    "            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))\n",
     "                return true;\n",
     "        }\n",
     "    return false;\n",
@@ -18326,7 +18326,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!model->params.project_level_set) return phi;\n",
     "    if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;\n",
     "    f = springls__moments_distance(sum);\n",
-    "    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)\n",
+    "    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)\n",
     "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
@@ -18357,18 +18357,18 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            out[v] = phi[v];\n",
-    "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {\n",
+    "            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {\n",
     "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,\n",
     "                                                 phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
-    "                out[v] = springls__doubtful(phi[v], g->far_value);\n",
+    "                out[v] = springls__side_unknown(phi[v], g->far_value);\n",
     "                *in_doubt = 1;\n",
     "            }\n",
     "        }\n",
     "}\n",
     "\n",
     "/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */\n",
-    "SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
+    "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
@@ -18378,10 +18378,10 @@ static const char *const springls__kernel_lines[] = {
     "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        if (in_doubt)\n",
-    "            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
+    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
     "            if (!in_doubt) out[v] = from[v];\n",
-    "            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);\n",
+    "            else if (job.i[0]) out[v] = springls__restore_side(out[v], g->far_value);\n",
     "        }\n",
     "    }\n",
     "}\n",
@@ -18630,7 +18630,7 @@ static const char *const springls__kernel_lines[] = {
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        springls__say say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
+    "        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
     "        weight += say.weight;\n",
     "        value += say.weight * say.distance * say.distance;\n",
     "    }\n",
@@ -18645,7 +18645,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    springls__v3 n = springls__springl_normal(*s), x;\n",
-    "    springls__opening opening = springls__opening_at(model, s->p, n, range, 1.0f);\n",
+    "    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);\n",
     "    springls__fit_result fit;\n",
     "    springls__seed seed;\n",
     "    seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
@@ -18655,7 +18655,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__has_room(model, x, n)) return seed;\n",
     "    fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);\n",
     "    if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;\n",
-    "    if (springls__opening_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
+    "    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;\n",
     "    if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;\n",
     "    seed.p = fit.point;\n",
     "    seed.n = fit.normal;\n",
@@ -18676,7 +18676,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors\n",
     "   are, from fate (SCRATCH2) to the next fate (SCRATCH3). */\n",
-    "SPRINGLS__MATHS uint8_t springls__seed_fate(const springls__model *model, int i)\n",
+    "SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];\n",
     "    SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];\n",
@@ -18697,7 +18697,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];\n",
     "    (void)job;\n",
-    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_fate(model, i) : now;\n",
+    "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;\n",
     "}\n",
     "\n",
     "/* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */\n",
@@ -18709,7 +18709,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* The first job.i[0] accepted seeds become springls. */\n",
-    "SPRINGLS__MATHS void springls__plant_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */\n",
     "    springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];\n",
@@ -18735,7 +18735,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        float reach = r + s->reach;\n",
+    "        float reach = r + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
     "        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));\n",
     "        if (nearest2 <= covered * covered) return false;\n",
@@ -18799,12 +18799,12 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */\n",
-    "SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    int first = job.i[0], n = first + i, m;\n",
     "    springls__springl s = model->set.s[n];\n",
     "    springls__v3 a = springls__adopt_correspondence(model, s, first);\n",
-    "    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {\n",
+    "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
     "            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));\n",
@@ -18814,7 +18814,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    model->set.s[n] = s;\n",
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
-    "    model->set.was[n] = s.p; /* it has been placed, not moved */\n",
+    "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
     "#line 5096 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
@@ -19073,7 +19073,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */\n",
-    "SPRINGLS__MATHS void springls__dress_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];\n",
     "    int nearest = springls__nearest_springl(model, x, 1.0f);\n",
@@ -19638,8 +19638,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);\n",
     "}\n",
     "\n",
-    "/* springls__settled; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "/* springls__resolved_side; phi points into a tile. */\n",
+    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
     "                                          SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
@@ -19664,7 +19664,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* springls__without_speck; true when there was one. */\n",
+    "/* springls__remove_speck; true when there was one. */\n",
     "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    bool some = false;\n",
@@ -19767,7 +19767,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool some = false;\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i++) {\n",
-    "        out[i] = springls__without_speck(springls__tile_cross(phi + i));\n",
+    "        out[i] = springls__remove_speck(springls__tile_cross(phi + i));\n",
     "        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);\n",
     "    }\n",
     "    return some;\n",
@@ -19815,11 +19815,11 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
+    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
     "                                          SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
-    "    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);\n",
+    "    for (i = 0; i < 8; i++) out[i] = springls__resolved_side(springls__tile_cross(phi + i), far_value, enough);\n",
     "}\n",
     "\n",
     "#endif\n",
@@ -19851,19 +19851,19 @@ static const char *const springls__kernel_lines[] = {
     "    X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \\\n",
     "    X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \\\n",
     "    X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \\\n",
-    "    X(plant, 512, SPRINGLS__SET_BITS)                                                               \\\n",
+    "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                               \\\n",
     "    X(fill, 16, SPRINGLS__SET_BITS)                                                                 \\\n",
-    "    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \\\n",
+    "    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                          \\\n",
     "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \\\n",
     "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \\\n",
-    "    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
-    "    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
+    "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                \\\n",
+    "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \\\n",
     "    X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \\\n",
     "    X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \\\n",
     "    X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \\\n",
-    "    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \\\n",
-    "    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \\\n",
-    "    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))\n",
+    "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                        \\\n",
+    "    X(displacement, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \\\n",
+    "    X(attach_vertex_data, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))\n",
     "\n",
     "/* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */\n",
     "#define SPRINGLS__BRICK_KERNELS(X) \\\n",
@@ -19873,7 +19873,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
     "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
     "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \\\n",
-    "    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \\\n",
+    "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \\\n",
     "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \\\n",
     "    X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \\\n",
     "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \\\n",
@@ -19898,9 +19898,9 @@ static const char *const springls__kernel_lines[] = {
     "    X(large_flag, 4096) X(large_scatter, 4096)                                                        \\\n",
     "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \\\n",
     "    X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \\\n",
-    "    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \\\n",
+    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
-    "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)\n",
+    "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
     "#line 19905 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
@@ -19912,10 +19912,10 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }\n",
     "SPRINGLS__MATHS int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }\n",
     "\n",
-    "/* The array of numbers number `which`: scratches, then near_first. */\n",
+    "/* The array of numbers number `which`: scratches, then brick_list_first. */\n",
     "SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int which)\n",
     "{\n",
-    "    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.near_first;\n",
+    "    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.brick_list_first;\n",
     "}\n",
     "\n",
     "/* The array of bytes number `which`: scratches, then edge. */\n",
@@ -20012,7 +20012,7 @@ static const char *const springls__kernel_lines[] = {
     "        atomic_inc(SPRINGLS__ATOMIC(model->counts + 2));\n",
     "    } else {\n",
     "        atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));\n",
-    "        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].reach)); /* floats above 0 are ordered as their bits are */\n",
+    "        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */\n",
     "    }\n",
     "}\n",
     "\n",
@@ -20105,7 +20105,7 @@ static const char *const springls__kernel_lines[] = {
     "                   springls__cell_coordinate(p.z, model->grid.size[2]));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__mark_reach(const springls__model *model, const int origin[3], uint reach)\n",
+    "SPRINGLS__MATHS void springls__mark_neighbors(const springls__model *model, const int origin[3], uint reach)\n",
     "{\n",
     "    int d, at[3];\n",
     "    for (d = 0; d < 27 && reach; d++)\n",
@@ -20120,14 +20120,14 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (i < model->grid.active_count) {\n",
     "        springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
-    "        springls__mark_reach(model, origin, springls__cells_reach(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));\n",
+    "        springls__mark_neighbors(model, origin, springls__cells_neighbor_mask(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));\n",
     "        return;\n",
     "    }\n",
     "    p = model->set.s[model->cells.large[i - model->grid.active_count]].p;\n",
     "    origin[0] = springls__cell_coordinate(p.x, model->grid.size[0]) & ~7;\n",
     "    origin[1] = springls__cell_coordinate(p.y, model->grid.size[1]) & ~7;\n",
     "    origin[2] = springls__cell_coordinate(p.z, model->grid.size[2]) & ~7;\n",
-    "    springls__mark_reach(model, origin, 0x7ffffffu);\n",
+    "    springls__mark_neighbors(model, origin, 0x7ffffffu);\n",
     "}\n",
     "\n",
     "/* Bricks that the band of an active one reaches (SCRATCH0). */\n",
@@ -20136,7 +20136,7 @@ static const char *const springls__kernel_lines[] = {
     "    int origin[3];\n",
     "    (void)job;\n",
     "    springls__slot_origin(&model->grid, model->grid.active[i], origin);\n",
-    "    springls__mark_reach(model, origin, ((__global const uint *)model->scratch[0])[i]);\n",
+    "    springls__mark_neighbors(model, origin, ((__global const uint *)model->scratch[0])[i]);\n",
     "}\n",
     "\n",
     "/* Bricks within the band of a springl. */\n",
@@ -20203,7 +20203,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (slot < SPRINGLS__FIRST_SLOT) {\n",
     "            int inside = slot == SPRINGLS__INSIDE;\n",
     "            slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];\n",
-    "            model->brick_list[come++] = slot;\n",
+    "            model->new_slots[come++] = slot;\n",
     "            g->slot_brick[slot] = b;\n",
     "            g->top[b] = slot;\n",
     "            g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;\n",
@@ -20215,7 +20215,7 @@ static const char *const springls__kernel_lines[] = {
     "/* A new brick goes on with the constant it had. */\n",
     "SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    size_t slot = (size_t)model->brick_list[i];\n",
+    "    size_t slot = (size_t)model->new_slots[i];\n",
     "    float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];\n",
     "    int v;\n",
     "    (void)job;\n",
@@ -20229,22 +20229,22 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- springls by bricks they come near: job.f[0] is the margin ---- */\n",
     "\n",
-    "SPRINGLS__MATHS __global uint *springls__near_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }\n",
+    "SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }\n",
     "\n",
-    "SPRINGLS__MATHS void springls__near_rank_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
     "    ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__near_clear_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    model->cells.near_first[i] = 0u;\n",
+    "    model->cells.brick_list_first[i] = 0u;\n",
     "}\n",
     "\n",
     "/* Counts springl i in every brick that it comes near, or puts it there. */\n",
-    "SPRINGLS__MATHS void springls__near_visit(const springls__model *model, float margin, int i, int put)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_visit(const springls__model *model, float margin, int i, int put)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int lo[3], hi[3], x, y, z;\n",
@@ -20256,25 +20256,25 @@ static const char *const springls__kernel_lines[] = {
     "                uint rank;\n",
     "                if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
     "                rank = ((__global const uint *)model->scratch[0])[slot];\n",
-    "                if (put) model->cells.near_ids[atomic_inc(SPRINGLS__ATOMIC(springls__near_cursor(model) + rank))] = (uint)i;\n",
-    "                else atomic_inc(SPRINGLS__ATOMIC(model->cells.near_first + rank));\n",
+    "                if (put) model->cells.brick_list_ids[atomic_inc(SPRINGLS__ATOMIC(springls__brick_lists_cursor(model) + rank))] = (uint)i;\n",
+    "                else atomic_inc(SPRINGLS__ATOMIC(model->cells.brick_list_first + rank));\n",
     "            }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__near_count_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 0); }\n",
-    "SPRINGLS__MATHS void springls__near_scatter_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 1); }\n",
+    "SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 0); }\n",
+    "SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 1); }\n",
     "\n",
-    "SPRINGLS__MATHS void springls__near_cursor_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_cursor_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
-    "    springls__near_cursor(model)[i] = model->cells.near_first[i];\n",
+    "    springls__brick_lists_cursor(model)[i] = model->cells.brick_list_first[i];\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__near_sort_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    uint first = model->cells.near_first[i];\n",
+    "    uint first = model->cells.brick_list_first[i];\n",
     "    (void)job;\n",
-    "    springls__sort(model->cells.near_ids + first, model->cells.near_first[i + 1] - first);\n",
+    "    springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);\n",
     "}\n",
     "\n",
     "/* ---- springls that stay: those whose byte in SCRATCH1 is not 0 ---- */\n",
@@ -20292,10 +20292,10 @@ static const char *const springls__kernel_lines[] = {
     "    if (!((__global const uchar *)model->scratch[1])[i]) return;\n",
     "    to->s = model->set.s[i];\n",
     "    to->a = model->set.a[i];\n",
-    "    to->was = model->set.was[i];\n",
+    "    to->synced_position = model->set.synced_position[i];\n",
     "    to->id = model->set.id[i];\n",
     "    to->generation = model->set.generation[i];\n",
-    "    to->part = model->set.part[i];\n",
+    "    to->component = model->set.component[i];\n",
     "    to->phi = model->set.phi[i];\n",
     "    to->mask = model->set.mask[i];\n",
     "    to->edge = model->set.edge[i];\n",
@@ -20309,10 +20309,10 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.s[i] = from->s;\n",
     "    model->set.a[i] = from->a;\n",
-    "    model->set.was[i] = from->was;\n",
+    "    model->set.synced_position[i] = from->synced_position;\n",
     "    model->set.id[i] = from->id;\n",
     "    model->set.generation[i] = from->generation;\n",
-    "    model->set.part[i] = from->part;\n",
+    "    model->set.component[i] = from->component;\n",
     "    model->set.phi[i] = from->phi;\n",
     "    model->set.mask[i] = (uchar)from->mask;\n",
     "    model->set.edge[i] = (uchar)from->edge;\n",
@@ -20501,7 +20501,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Regions with more voxels of the outside around them are outside. */\n",
-    "SPRINGLS__MATHS void springls__region_settle_element(const springls__model *model, springls__job job, int i)\n",
+    "SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
     "    int rows = model->grid.active_count * SPRINGLS__ROWS, at[3], n, v, root = -1;\n",
@@ -20677,7 +20677,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
     springls__omega_constant(ctx, params->capture, params->capture);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
-    return springls__told(ctx, SPRINGLS_OK);
+    return springls__report_device_failure(ctx, SPRINGLS_OK);
 }
 
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { return ctx ? ctx->error : "no context"; }
@@ -20702,7 +20702,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_NON_FINITE: return "not finite";
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
-    case SPRINGLS_DEVICE: return "device failure";
+    case SPRINGLS_DEVICE_FAILED: return "device failure";
     case SPRINGLS_BAD_SNAPSHOT: return "bad snapshot";
     default: return "unknown status";
     }

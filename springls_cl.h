@@ -12,7 +12,7 @@
    one springls_cl_create warns and sets *backend to NULL, and with that springls_create makes a scalar context.
 
    When the device fails, what is on it is brought to the host, the work goes on there, and the context does without the device
-   from then on; the call that was at work returns SPRINGLS_DEVICE, once. When the model cannot be brought back any more it is
+   from then on; the call that was at work returns SPRINGLS_DEVICE_FAILED, once. When the model cannot be brought back any more it is
    empty. springls_last_error says which.
 
    The model stays on the device from step to step. What host code asks for (views, meshes, queries) is downloaded
@@ -38,7 +38,7 @@
 extern "C" {
 #endif
 
-typedef enum springls_cl_kind { SPRINGLS_CL_ANY, SPRINGLS_CL_GPU, SPRINGLS_CL_CPU } springls_cl_kind;
+typedef enum springls_cl_kind { SPRINGLS_CL_KIND_ANY, SPRINGLS_CL_KIND_GPU, SPRINGLS_CL_KIND_CPU } springls_cl_kind;
 
 /* Zero-initialised members mean the default. */
 typedef struct springls_cl_desc {
@@ -168,9 +168,9 @@ typedef enum springls__collective {
 
 #define SPRINGLS__CL_CHUNKS 1024 /* at most, that a list is made of */
 
-typedef struct springls__collective_facts { const char *name; int grain; } springls__collective_facts;
+typedef struct springls__collective_info { const char *name; int grain; } springls__collective_info;
 
-static const springls__collective_facts springls__collectives[] = {
+static const springls__collective_info springls__collectives[] = {
 #define SPRINGLS__COLLECTIVE_FACTS(name, task) { #name, task },
     SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_FACTS)
 #undef SPRINGLS__COLLECTIVE_FACTS
@@ -215,14 +215,14 @@ SPRINGLS__FN springls_status springls__cl_status(cl_int error)
 {
     if (error == CL_INVALID_COMMAND_QUEUE) return SPRINGLS_INVALID_ARGUMENT;
     return error == CL_MEM_OBJECT_ALLOCATION_FAILURE || error == CL_OUT_OF_RESOURCES || error == CL_OUT_OF_HOST_MEMORY
-        || error == CL_INVALID_BUFFER_SIZE ? SPRINGLS_OUT_OF_MEMORY : SPRINGLS_DEVICE;
+        || error == CL_INVALID_BUFFER_SIZE ? SPRINGLS_OUT_OF_MEMORY : SPRINGLS_DEVICE_FAILED;
 }
 
 SPRINGLS__FN springls_status springls__cl_check(springls_context *ctx, cl_int error, const char *doing)
 {
     if (error == CL_SUCCESS) return SPRINGLS_OK;
     snprintf(ctx->error, sizeof ctx->error, "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
-    return SPRINGLS_DEVICE;
+    return SPRINGLS_DEVICE_FAILED;
 }
 
 SPRINGLS__FN springls__cl *springls__cl_of(springls_context *ctx) { return (springls__cl *)(void *)ctx->backend; }
@@ -323,7 +323,7 @@ SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kerne
 
 SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__job job)
 {
-    const springls__kernel_facts *facts = &springls__kernels[kernel];
+    const springls__kernel_info *facts = &springls__kernels[kernel];
     return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], facts->name, facts->grain, count, job, facts->brick);
 }
 
@@ -332,7 +332,7 @@ SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel,
 SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count,
                                                   springls__job job)
 {
-    const springls__collective_facts *facts = &springls__collectives[collective];
+    const springls__collective_info *facts = &springls__collectives[collective];
     cl_kernel kernel = springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective];
     return count > 0 ? springls__cl_launch(ctx, kernel, facts->name, facts->grain, count, job, false) : SPRINGLS_OK;
 }
@@ -465,8 +465,8 @@ SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls
     free_now = g->free_count + gone;
     taken = springls__imin(come, free_now);
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + come - taken));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST, (size_t)come, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(BRICK_LIST)));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEW_SLOTS, (size_t)come, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(NEW_SLOTS)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_drop, chunks, job));
     ctx->lost = true; /* half a change cannot be taken up by the host */
     job.i[0] = free_now;
@@ -500,7 +500,7 @@ SPRINGLS__FN springls_status springls__cl_bricks_around_springls(springls_contex
 SPRINGLS__FN springls_status springls__cl_settle_regions(springls_context *ctx)
 {
     static const springls__collective kernels[] = { SPRINGLS__COLLECTIVE_region_begin, SPRINGLS__COLLECTIVE_region_join,
-                                                    SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_settle };
+                                                    SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_resolve };
     const springls__grid *g = &ctx->model.grid;
     const uint64_t writes = SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI);
     size_t bricks = springls__brick_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
@@ -528,7 +528,7 @@ SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uin
 
 SPRINGLS__FN springls_status springls__cl_cells_build(springls_context *ctx)
 {
-    springls__cells *cells = &ctx->model.cells;
+    springls__cell_list *cells = &ctx->model.cells;
     int springls = ctx->model.set.count, bricks;
     uint32_t counts[3];
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_KEY, (size_t)springls + 1, 0));
@@ -539,7 +539,7 @@ SPRINGLS__FN springls_status springls__cl_cells_build(springls_context *ctx)
         SPRINGLS__TRY(springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_missing, springls, true));
         SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
     }
-    memcpy(&cells->reach, &counts[1], sizeof cells->reach);
+    memcpy(&cells->bounding_radius, &counts[1], sizeof cells->bounding_radius);
     cells->large_count = (int)counts[2];
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)springls__imax(bricks, springls), sizeof(uint32_t), NULL));
@@ -563,18 +563,18 @@ SPRINGLS__FN springls_status springls__cl_near_build(springls_context *ctx, floa
     uint32_t total;
     job.f[0] = margin;
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count + (size_t)bricks + 1, sizeof(uint32_t), NULL));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)bricks + 2, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(SCRATCH0)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_rank, bricks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_clear, bricks + 1, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_count, springls, job));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(SCRATCH0)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_rank, bricks, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_clear, bricks + 1, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_count, springls, job));
     SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__SCRATCHES, bricks + 1));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &total));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_IDS, (size_t)total + 1, 0));
-    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(NEAR_IDS)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_cursor, bricks, job));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_scatter, springls, job));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_near_sort, bricks, job);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
+    SPRINGLS__TRY(springls__cl_prepare(ctx, SPRINGLS__BIT(BRICK_LIST_IDS)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_cursor, bricks, job));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_scatter, springls, job));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_sort, bricks, job);
 }
 
 /* ---- the life of a backend ---- */
@@ -775,7 +775,7 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     if (!desc) desc = &none;
     if (!out) return SPRINGLS_INVALID_ARGUMENT;
     *out = NULL;
-    if ((int)desc->kind < SPRINGLS_CL_ANY || desc->kind > SPRINGLS_CL_CPU) return SPRINGLS_INVALID_ARGUMENT;
+    if ((int)desc->kind < SPRINGLS_CL_KIND_ANY || desc->kind > SPRINGLS_CL_KIND_CPU) return SPRINGLS_INVALID_ARGUMENT;
     if (desc->brick_items < 0 || desc->brick_items > SPRINGLS__ROWS) return SPRINGLS_INVALID_ARGUMENT;
     if ((desc->queue && !desc->context) || !desc->velocity != !desc->velocity_source) return SPRINGLS_INVALID_ARGUMENT;
     cl = (springls__cl *)calloc(1, sizeof *cl);
@@ -833,7 +833,7 @@ SPRINGLS_API void *springls_cl_springls(springls_context *ctx)
     if (!ctx || !ctx->backend || ctx->model.set.count == 0) return NULL;
     springls__use_device(ctx);
     if (springls__to_device(ctx, 0) != SPRINGLS_OK) {
-        springls__told(ctx, springls__leave_backend(ctx));
+        springls__report_device_failure(ctx, springls__fall_back_to_host(ctx));
         return NULL;
     }
     return ctx->memory[SPRINGLS__ARRAY_S].device;

@@ -237,16 +237,16 @@ static bool measure_springls(const struct run *run, struct moment *m)
     const springls_view labels = springls_view_attribute(run->ctx, run->label);
     const int n = springls_count(run->ctx);
     double *start = malloc(((size_t)n + 1) * 3 * sizeof *start), *errors = malloc(((size_t)n + 1) * sizeof *errors);
-    springls_confidence *confidence = malloc(((size_t)n + 1) * sizeof *confidence);
-    bool fine = start && errors && confidence && springls_get_confidence(run->ctx, confidence) == SPRINGLS_OK;
+    springls_provenance *confidence = malloc(((size_t)n + 1) * sizeof *confidence);
+    bool fine = start && errors && confidence && springls_get_provenance(run->ctx, confidence) == SPRINGLS_OK;
     int wrong = 0;
     for (int i = 0; fine && i < n; ++i) {
         for (int c = 0; c < 3; ++c) {
             start[3 * i + c] = (double)row(p, i)[c];
         }
-        m->original += confidence[i].kind == SPRINGLS_ORIGINAL;
-        m->split += confidence[i].kind == SPRINGLS_SPLIT;
-        m->filled += confidence[i].kind == SPRINGLS_FILLED;
+        m->original += confidence[i].kind == SPRINGLS_KIND_ORIGINAL;
+        m->split += confidence[i].kind == SPRINGLS_KIND_SPLIT;
+        m->filled += confidence[i].kind == SPRINGLS_KIND_FILLED;
     }
     if (fine) {
         to_start(run, m->time, start, n);
@@ -337,11 +337,11 @@ static bool dress(const struct run *run, struct dressed *d)
     for (int i = 0; i < corners; ++i) { /* what one gets without a thought for the seam: every vertex by itself */
         d->naive[i] = d->places[d->mesh.triangles[i]];
     }
-    return springls_lookup(d->places, vertices, ball->positions, 3, ball->triangles, given, d->at) == SPRINGLS_OK
-           && springls_lookup(d->places, vertices, d->original_colours, COLOURS, ball->triangles, given,
+    return springls_interpolate_material(d->places, vertices, ball->positions, 3, ball->triangles, given, d->at) == SPRINGLS_OK
+           && springls_interpolate_material(d->places, vertices, d->original_colours, COLOURS, ball->triangles, given,
                               d->looked_up) == SPRINGLS_OK
-           && springls_lookup(d->corners, corners, ball->corner_uv, 2, NULL, given, d->uv) == SPRINGLS_OK
-           && springls_lookup(d->naive, corners, ball->corner_uv, 2, NULL, given, d->naive_uv) == SPRINGLS_OK;
+           && springls_interpolate_material(d->corners, corners, ball->corner_uv, 2, NULL, given, d->uv) == SPRINGLS_OK
+           && springls_interpolate_material(d->naive, corners, ball->corner_uv, 2, NULL, given, d->naive_uv) == SPRINGLS_OK;
 }
 
 static int count_torn(const float *uv, int triangles)
@@ -507,8 +507,8 @@ static bool give_attributes(struct run *run)
 {
     const springls_view p = springls_view_particles(run->ctx);
     const int n = springls_count(run->ctx);
-    const springls_attribute_desc colour = {"colour", COLOURS, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_COPY};
-    const springls_attribute_desc label = {"label", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY};
+    const springls_attribute_desc colour = {"colour", COLOURS, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY};
+    const springls_attribute_desc label = {"label", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY};
     float *values = malloc(((size_t)n + 1) * COLOURS * sizeof *values), *labels = malloc(((size_t)n + 1) * sizeof *labels);
     bool fine = values && labels;
     for (int i = 0; fine && i < n; ++i) {

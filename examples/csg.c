@@ -145,7 +145,7 @@ static springls_grid_desc make_grid(struct csg *csg)
 static bool paint(struct solid *s, int number, int *triangles)
 {
     const int n = springls_count(s->ctx);
-    const springls_attribute_desc desc = {"colour", 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_COPY};
+    const springls_attribute_desc desc = {"colour", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY};
     static const float plain[MOST_SOLIDS][3] = {{0.85f, 0.70f, 0.45f}, {0.35f, 0.55f, 0.85f}};
     float *colours = malloc(((size_t)n + 1) * 3 * sizeof *colours);
     springls_material *places = malloc(((size_t)n + 1) * sizeof *places);
@@ -155,7 +155,7 @@ static bool paint(struct solid *s, int number, int *triangles)
     }
     if (fine && s->mesh.colors) {
         fine = springls_springl_materials(s->ctx, places) == SPRINGLS_OK
-               && springls_lookup(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colours) == SPRINGLS_OK;
+               && springls_interpolate_material(places, n, s->mesh.colors, 3, triangles, (int)s->mesh.triangle_count, colours) == SPRINGLS_OK;
     }
     fine = fine && springls_add_attribute(s->ctx, &desc, colours, NULL) == SPRINGLS_OK;
     free(colours);
@@ -187,13 +187,13 @@ static springls_status operate(struct csg *csg)
 {
     springls_context *a = csg->solids[0].ctx, *b = csg->solids[1].ctx;
     if (strcmp(csg->operation, "union") == 0) {
-        return springls_combine(a, SPRINGLS_UNION, b);
+        return springls_combine(a, SPRINGLS_OPERATION_UNION, b);
     }
     if (strcmp(csg->operation, "intersection") == 0) {
-        return springls_combine(a, SPRINGLS_INTERSECTION, b);
+        return springls_combine(a, SPRINGLS_OPERATION_INTERSECTION, b);
     }
     if (strcmp(csg->operation, "difference") == 0) {
-        return springls_combine(a, SPRINGLS_DIFFERENCE, b);
+        return springls_combine(a, SPRINGLS_OPERATION_DIFFERENCE, b);
     }
     if (strcmp(csg->operation, "offset") == 0) {
         return springls_offset(a, (float)csg->amount);

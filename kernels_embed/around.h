@@ -8,7 +8,7 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float d2, reach = radius + s->reach;
+        float d2, reach = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
         d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);
         if (d2 < best || (d2 == best && i < nearest)) {
@@ -20,17 +20,17 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 }
 
 /* The directions from x to the particles on its side of the surface within r, at most `high` above or below its plane. */
-SPRINGLS__MATHS springls__opening springls__opening_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
+SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__model *model, springls__v3 x, springls__v3 n, float r, float high)
 {
-    springls__fan fan = springls__fan_begin(n);
+    springls__angular_gaps fan = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         if (springls__length2(d) > r * r || springls__fabs(springls__dot(d, n)) > high) continue;
-        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__fan_add(fan, d);
+        if (springls__dot(springls__springl_normal(model->set.s[other]), n) > 0.0f) fan = springls__angular_gaps_add(fan, d);
     }
-    return springls__fan_opening(fan);
+    return springls__angular_gaps_widest(fan);
 }
 
 /* True when x lies in a sheet across n, and not in a thread or a drop: a thin sheet is to be kept, a thread that has become
@@ -38,13 +38,13 @@ SPRINGLS__MATHS springls__opening springls__opening_at(const springls__model *mo
 SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__v3 x, springls__v3 n)
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
-    springls__fan fan = springls__fan_begin(n);
+    springls__angular_gaps fan = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
-        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__fan_add(fan, d);
+        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) fan = springls__angular_gaps_add(fan, d);
     }
     return springls__spans_sheet(fan) != 0;
 }

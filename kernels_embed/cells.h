@@ -10,7 +10,7 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
 /* A walk over all springls whose particle lies in a box of cells, row by row; then over the large ones. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
-    const springls__cells *cells;
+    const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
     uint32_t next, end;
     int large;
@@ -75,7 +75,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__mod
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
                                                                springls__v3 upper, float radius)
 {
-    float r = radius + model->cells.reach;
+    float r = radius + model->cells.bounding_radius;
     return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
                                      springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
 }
@@ -92,18 +92,18 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
     int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
     (void)job;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->reach > reach_cap ? SPRINGLS__LARGE_KEY
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : s->bounding_radius > reach_cap ? SPRINGLS__LARGE_KEY
                         : (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
 }
 
-/* The bricks that the particles of an active brick are within one cell of: see springls__reach_of_row. */
-SPRINGLS__MATHS uint32_t springls__cells_reach(SPRINGLS__GLOBAL const uint32_t *cell)
+/* The bricks that the particles of an active brick are within one cell of: see springls__neighbor_mask_of_row. */
+SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const uint32_t *cell)
 {
     uint32_t reach = 0;
     int y, z;
     for (z = 0; z < 4; z++)
         for (y = 0; y < 4; y++, cell += 4)
             if (cell[4] > cell[0])
-                reach |= springls__reach_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
+                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);
     return reach;
 }

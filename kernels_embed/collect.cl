@@ -8,10 +8,10 @@
 SPRINGLS__MATHS int springls__chunk_begin(springls__job job, int chunk) { return chunk * job.i[1]; }
 SPRINGLS__MATHS int springls__chunk_end(springls__job job, int chunk) { return springls__imin((chunk + 1) * job.i[1], job.i[2]); }
 
-/* The array of numbers number `which`: scratches, then near_first. */
+/* The array of numbers number `which`: scratches, then brick_list_first. */
 SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int which)
 {
-    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.near_first;
+    return which < SPRINGLS__SCRATCHES ? (__global uint *)model->scratch[which] : model->cells.brick_list_first;
 }
 
 /* The array of bytes number `which`: scratches, then edge. */
@@ -108,7 +108,7 @@ SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model,
         atomic_inc(SPRINGLS__ATOMIC(model->counts + 2));
     } else {
         atomic_inc(SPRINGLS__ATOMIC(model->grid.cell + key));
-        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].reach)); /* floats above 0 are ordered as their bits are */
+        atomic_max(SPRINGLS__ATOMIC(model->counts + 1), as_uint(model->set.s[i].bounding_radius)); /* floats above 0 are ordered as their bits are */
     }
 }
 
@@ -201,7 +201,7 @@ SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model
                    springls__cell_coordinate(p.z, model->grid.size[2]));
 }
 
-SPRINGLS__MATHS void springls__mark_reach(const springls__model *model, const int origin[3], uint reach)
+SPRINGLS__MATHS void springls__mark_neighbors(const springls__model *model, const int origin[3], uint reach)
 {
     int d, at[3];
     for (d = 0; d < 27 && reach; d++)
@@ -216,14 +216,14 @@ SPRINGLS__MATHS void springls__mark_around_element(const springls__model *model,
     (void)job;
     if (i < model->grid.active_count) {
         springls__slot_origin(&model->grid, model->grid.active[i], origin);
-        springls__mark_reach(model, origin, springls__cells_reach(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));
+        springls__mark_neighbors(model, origin, springls__cells_neighbor_mask(model->grid.cell + (size_t)model->grid.active[i] * SPRINGLS__CELLS));
         return;
     }
     p = model->set.s[model->cells.large[i - model->grid.active_count]].p;
     origin[0] = springls__cell_coordinate(p.x, model->grid.size[0]) & ~7;
     origin[1] = springls__cell_coordinate(p.y, model->grid.size[1]) & ~7;
     origin[2] = springls__cell_coordinate(p.z, model->grid.size[2]) & ~7;
-    springls__mark_reach(model, origin, 0x7ffffffu);
+    springls__mark_neighbors(model, origin, 0x7ffffffu);
 }
 
 /* Bricks that the band of an active one reaches (SCRATCH0). */
@@ -232,7 +232,7 @@ SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, s
     int origin[3];
     (void)job;
     springls__slot_origin(&model->grid, model->grid.active[i], origin);
-    springls__mark_reach(model, origin, ((__global const uint *)model->scratch[0])[i]);
+    springls__mark_neighbors(model, origin, ((__global const uint *)model->scratch[0])[i]);
 }
 
 /* Bricks within the band of a springl. */
@@ -299,7 +299,7 @@ SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, 
         if (slot < SPRINGLS__FIRST_SLOT) {
             int inside = slot == SPRINGLS__INSIDE;
             slot = come < job.i[0] ? g->free_slots[job.i[0] - 1 - come] : g->slot_count + come - job.i[0];
-            model->brick_list[come++] = slot;
+            model->new_slots[come++] = slot;
             g->slot_brick[slot] = b;
             g->top[b] = slot;
             g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = inside ? -g->far_value : g->far_value;
@@ -311,7 +311,7 @@ SPRINGLS__MATHS void springls__bricks_add_element(const springls__model *model, 
 /* A new brick goes on with the constant it had. */
 SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model, springls__job job, int i)
 {
-    size_t slot = (size_t)model->brick_list[i];
+    size_t slot = (size_t)model->new_slots[i];
     float value = model->grid.phi[slot * SPRINGLS__BRICK_VOXELS];
     int v;
     (void)job;
@@ -325,22 +325,22 @@ SPRINGLS__MATHS void springls__bricks_fill_element(const springls__model *model,
 
 /* ---- springls by bricks they come near: job.f[0] is the margin ---- */
 
-SPRINGLS__MATHS __global uint *springls__near_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }
+SPRINGLS__MATHS __global uint *springls__brick_lists_cursor(const springls__model *model) { return (__global uint *)model->scratch[0] + model->grid.slot_count; }
 
-SPRINGLS__MATHS void springls__near_rank_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_rank_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
     ((__global uint *)model->scratch[0])[model->grid.active[i]] = (uint)i;
 }
 
-SPRINGLS__MATHS void springls__near_clear_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_clear_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    model->cells.near_first[i] = 0u;
+    model->cells.brick_list_first[i] = 0u;
 }
 
 /* Counts springl i in every brick that it comes near, or puts it there. */
-SPRINGLS__MATHS void springls__near_visit(const springls__model *model, float margin, int i, int put)
+SPRINGLS__MATHS void springls__brick_lists_visit(const springls__model *model, float margin, int i, int put)
 {
     const springls__grid *g = &model->grid;
     int lo[3], hi[3], x, y, z;
@@ -352,25 +352,25 @@ SPRINGLS__MATHS void springls__near_visit(const springls__model *model, float ma
                 uint rank;
                 if (slot < SPRINGLS__FIRST_SLOT) continue;
                 rank = ((__global const uint *)model->scratch[0])[slot];
-                if (put) model->cells.near_ids[atomic_inc(SPRINGLS__ATOMIC(springls__near_cursor(model) + rank))] = (uint)i;
-                else atomic_inc(SPRINGLS__ATOMIC(model->cells.near_first + rank));
+                if (put) model->cells.brick_list_ids[atomic_inc(SPRINGLS__ATOMIC(springls__brick_lists_cursor(model) + rank))] = (uint)i;
+                else atomic_inc(SPRINGLS__ATOMIC(model->cells.brick_list_first + rank));
             }
 }
 
-SPRINGLS__MATHS void springls__near_count_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 0); }
-SPRINGLS__MATHS void springls__near_scatter_element(const springls__model *model, springls__job job, int i) { springls__near_visit(model, job.f[0], i, 1); }
+SPRINGLS__MATHS void springls__brick_lists_count_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 0); }
+SPRINGLS__MATHS void springls__brick_lists_scatter_element(const springls__model *model, springls__job job, int i) { springls__brick_lists_visit(model, job.f[0], i, 1); }
 
-SPRINGLS__MATHS void springls__near_cursor_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_cursor_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    springls__near_cursor(model)[i] = model->cells.near_first[i];
+    springls__brick_lists_cursor(model)[i] = model->cells.brick_list_first[i];
 }
 
-SPRINGLS__MATHS void springls__near_sort_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__brick_lists_sort_element(const springls__model *model, springls__job job, int i)
 {
-    uint first = model->cells.near_first[i];
+    uint first = model->cells.brick_list_first[i];
     (void)job;
-    springls__sort(model->cells.near_ids + first, model->cells.near_first[i + 1] - first);
+    springls__sort(model->cells.brick_list_ids + first, model->cells.brick_list_first[i + 1] - first);
 }
 
 /* ---- springls that stay: those whose byte in SCRATCH1 is not 0 ---- */
@@ -388,10 +388,10 @@ SPRINGLS__MATHS void springls__compact_out_element(const springls__model *model,
     if (!((__global const uchar *)model->scratch[1])[i]) return;
     to->s = model->set.s[i];
     to->a = model->set.a[i];
-    to->was = model->set.was[i];
+    to->synced_position = model->set.synced_position[i];
     to->id = model->set.id[i];
     to->generation = model->set.generation[i];
-    to->part = model->set.part[i];
+    to->component = model->set.component[i];
     to->phi = model->set.phi[i];
     to->mask = model->set.mask[i];
     to->edge = model->set.edge[i];
@@ -405,10 +405,10 @@ SPRINGLS__MATHS void springls__compact_in_element(const springls__model *model, 
     (void)job;
     model->set.s[i] = from->s;
     model->set.a[i] = from->a;
-    model->set.was[i] = from->was;
+    model->set.synced_position[i] = from->synced_position;
     model->set.id[i] = from->id;
     model->set.generation[i] = from->generation;
-    model->set.part[i] = from->part;
+    model->set.component[i] = from->component;
     model->set.phi[i] = from->phi;
     model->set.mask[i] = (uchar)from->mask;
     model->set.edge[i] = (uchar)from->edge;

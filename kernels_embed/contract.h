@@ -136,7 +136,7 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
 
 /* Of two same-side springls closer than merge_distance the younger goes: oldest first, so that only kept ones displace others.
    Round after round those are decided whose elders are, from fate (SCRATCH1) to the next fate (SCRATCH2). */
-SPRINGLS__MATHS uint8_t springls__merged_fate(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *fate, int i)
 {
     const float r = model->params.merge_distance;
     springls__springl s = model->set.s[i];
@@ -161,7 +161,7 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[1];
     uint8_t now = fate[i];
     (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__merged_fate(model, fate, i) : now;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[2])[i] = now == SPRINGLS__UNDECIDED ? springls__resolve_merge(model, fate, i) : now;
 }
 
 /* All that are kept so far are undecided. */

@@ -179,7 +179,7 @@ SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model,
 }
 
 /* Regions with more voxels of the outside around them are outside. */
-SPRINGLS__MATHS void springls__region_settle_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__region_resolve_element(const springls__model *model, springls__job job, int i)
 {
     springls__regions r = springls__regions_of(model);
     int rows = model->grid.active_count * SPRINGLS__ROWS, at[3], n, v, root = -1;

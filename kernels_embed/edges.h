@@ -4,7 +4,7 @@
 
 #define SPRINGLS__SIDES 3  /* that can meet in a corner                                     */
 #define SPRINGLS__TRIES 6  /* directions looked at for sides                             */
-#define SPRINGLS__CROWD 96 /* springls about a place                                        */
+#define SPRINGLS__SAMPLE_SET_SIZE 96 /* springls about a place                                        */
 #define SPRINGLS__APART 0.64f   /* cosine of 50 degrees: sides of a crease differ by more   */
 #define SPRINGLS__TOGETHER 0.95f /* cosine of 18 degrees: springls of a side differ by less */
 #define SPRINGLS__NARROW 0.4f   /* voxel: see springls__find_sides                           */
@@ -185,17 +185,17 @@ SPRINGLS__MATHS springls__v3 springls__turn_to(springls__v3 v, springls__v3 n, s
 }
 
 /* The springls about a place. */
-typedef struct springls__crowd {
-    springls__v3 p[SPRINGLS__CROWD], n[SPRINGLS__CROWD], a[SPRINGLS__CROWD];
-    float weight[SPRINGLS__CROWD];
-    int id[SPRINGLS__CROWD], count;
-} springls__crowd;
+typedef struct springls__sample_set {
+    springls__v3 p[SPRINGLS__SAMPLE_SET_SIZE], n[SPRINGLS__SAMPLE_SET_SIZE], a[SPRINGLS__SAMPLE_SET_SIZE];
+    float weight[SPRINGLS__SAMPLE_SET_SIZE];
+    int id[SPRINGLS__SAMPLE_SET_SIZE], count;
+} springls__sample_set;
 
 /* False when it is full. */
-SPRINGLS__MATHS bool springls__join(springls__crowd *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
+SPRINGLS__MATHS bool springls__sample_set_add(springls__sample_set *crowd, springls__v3 p, springls__v3 n, springls__v3 a, float weight, int id)
 {
     int i = crowd->count;
-    if (i == SPRINGLS__CROWD) return false;
+    if (i == SPRINGLS__SAMPLE_SET_SIZE) return false;
     crowd->p[i] = p;
     crowd->n[i] = n;
     crowd->a[i] = a;
@@ -206,14 +206,14 @@ SPRINGLS__MATHS bool springls__join(springls__crowd *crowd, springls__v3 p, spri
 }
 
 /* narrow, certain: see springls__find_sides. */
-SPRINGLS__MATHS springls__sides springls__crowd_sides(const springls__crowd *crowd, float narrow, bool certain)
+SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sample_set *crowd, float narrow, bool certain)
 {
     return springls__find_sides(crowd->p, crowd->n, crowd->weight, crowd->count, narrow, certain);
 }
 
-/* Those with particles within the radius, or as much of it as SPRINGLS__CROWD of them fill; before `known` only. */
-SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, springls__v3 x, float radius, int known,
-                                            springls__crowd *crowd)
+/* Those with particles within the radius, or as much of it as SPRINGLS__SAMPLE_SET_SIZE of them fill; before `known` only. */
+SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
+                                            springls__sample_set *crowd)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
                                                          springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
@@ -224,7 +224,7 @@ SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, spring
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || weight <= 0.0f) continue;
-        if (springls__join(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
+        if (springls__sample_set_add(crowd, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
         if (radius < least) return; /* they lie on each other: these will do */
         radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
@@ -234,7 +234,7 @@ SPRINGLS__MATHS void springls__gather_crowd(const springls__model *model, spring
 }
 
 /* One side's surface about x; springl `self` is not asked. */
-SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *crowd, springls__sides sides, int side,
+SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_set *crowd, springls__sides sides, int side,
                                                         springls__v3 x, springls__v3 a0, int self)
 {
     springls__fit fit = springls__fit_begin(x, sides.normal[side], a0);
@@ -254,7 +254,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__crowd *c
 /* What a place near a crease belongs to: the side whose surface it is nearest to, or of two as near the one that its normal
    is nearer to; then on from there to where the sides meet, if that is beyond it. Not ok unless `at_least` sides are.
    ways: 1 when only a convex edge will do, 2 only a concave one, 3 either. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *crowd, springls__sides sides, springls__v3 x,
+SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *crowd, springls__sides sides, springls__v3 x,
                                                        springls__v3 n, springls__v3 a0, int self, int ways, int at_least)
 {
     const float doubt = 0.1f; /* voxel: what a normal counts against a distance */
@@ -293,26 +293,26 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__crowd *cr
 SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
 {
-    springls__crowd crowd;
+    springls__sample_set crowd;
     springls__sides sides;
     int i, edges = 0;
     if (model->set.at_edges == 0) return false;
-    springls__gather_crowd(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
+    springls__gather_samples(model, x, SPRINGLS__FIT_RADIUS, known, &crowd);
     for (i = 0; i < crowd.count; i++) edges += model->set.edge[crowd.id[i]];
     if (edges == 0) return false;
-    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, false);
+    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__side_at(&crowd, sides, x, n, a0, -1, 3, 2);
     return result->ok != 0;
 }
 
 /* Signed height of x over the sides about it; no weight where it is not clear what the sides are. */
-SPRINGLS__MATHS springls__say springls__edge_distance(const springls__crowd *crowd, springls__v3 x)
+SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sample_set *crowd, springls__v3 x)
 {
-    springls__sides sides = springls__crowd_sides(crowd, 0.0f, false), known;
+    springls__sides sides = springls__sample_set_sides(crowd, 0.0f, false), known;
     springls__v3 p[SPRINGLS__SIDES];
     float height[SPRINGLS__SIDES];
-    springls__say all;
+    springls__estimate all;
     int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side, i;
     all.weight = all.distance = 0.0f;
     if (sides.count == 0) return all;
@@ -321,7 +321,7 @@ SPRINGLS__MATHS springls__say springls__edge_distance(const springls__crowd *cro
         springls__v3 middle = springls__v3_make(0.0f, 0.0f, 0.0f);
         float weight = 0.0f, value = 0.0f;
         for (i = 0; i < crowd->count; i++) {
-            springls__say say;
+            springls__estimate say;
             if (springls__side_of(sides, crowd->n[i]) != side) continue;
             say = springls__oriented_distance(x, sides.normal[side], crowd->p[i], crowd->n[i]);
             weight += say.weight;
@@ -379,7 +379,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     const float slack = 0.05f; /* voxel: springls were put on a side and carried, they lie on it */
     SPRINGLS__GLOBAL const uint8_t *was = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[7];
     springls__springl s = model->set.s[i];
-    springls__crowd crowd;
+    springls__sample_set crowd;
     springls__fit_result fit;
     springls__sides sides;
     bool was_edge = false; /* what was one may have worn a little, and a new springl may have come to it */
@@ -387,9 +387,9 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     (void)job;
     model->set.edge[i] = 0;
     if (!((SPRINGLS__GLOBAL const uint8_t *)model->scratch[6])[i]) return;
-    springls__gather_crowd(model, s.p, radius, model->set.count, &crowd);
+    springls__gather_samples(model, s.p, radius, model->set.count, &crowd);
     for (k = 0; k < crowd.count; k++) was_edge = was_edge || (crowd.weight[k] > beside && was[crowd.id[k]]);
-    sides = springls__crowd_sides(&crowd, SPRINGLS__NARROW, !was_edge);
+    sides = springls__sample_set_sides(&crowd, SPRINGLS__NARROW, !was_edge);
     if (sides.count < 2) return;
     fit = springls__side_at(&crowd, sides, s.p, springls__springl_normal(s), model->set.a[i], i, 3, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;

@@ -35,7 +35,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, spri
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__say say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
+        springls__estimate say = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
         weight += say.weight;
         value += say.weight * say.distance * say.distance;
     }
@@ -50,7 +50,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     const float range = 1.3f, away = SPRINGLS__SEED_REACH - 1.0f, worst = 0.15f;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     springls__v3 n = springls__springl_normal(*s), x;
-    springls__opening opening = springls__opening_at(model, s->p, n, range, 1.0f);
+    springls__widest_gap opening = springls__widest_gap_at(model, s->p, n, range, 1.0f);
     springls__fit_result fit;
     springls__seed seed;
     seed.p = seed.n = seed.toward = seed.a = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -60,7 +60,7 @@ SPRINGLS__MATHS springls__seed springls__seed_beside(const springls__model *mode
     if (!springls__has_room(model, x, n)) return seed;
     fit = springls__fit_at(model, x, n, model->set.a[i], model->set.count);
     if (!fit.ok || !springls__has_room(model, fit.point, fit.normal)) return seed;
-    if (springls__opening_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
+    if (springls__widest_gap_at(model, fit.point, fit.normal, SPRINGLS__FIT_RADIUS, 1.0f).angle >= enclosed) return seed;
     if (springls__disagreement2(model, fit.point, fit.normal) > worst * worst) return seed;
     seed.p = fit.point;
     seed.n = fit.normal;
@@ -81,7 +81,7 @@ SPRINGLS__MATHS void springls__seed_element(const springls__model *model, spring
 
 /* Seeds are accepted in springl order, none close to an accepted one. Round after round those are decided whose predecessors
    are, from fate (SCRATCH2) to the next fate (SCRATCH3). */
-SPRINGLS__MATHS uint8_t springls__seed_fate(const springls__model *model, int i)
+SPRINGLS__MATHS uint8_t springls__seed_action(const springls__model *model, int i)
 {
     SPRINGLS__GLOBAL const springls__seed *seeds = (SPRINGLS__GLOBAL const springls__seed *)model->scratch[1];
     SPRINGLS__GLOBAL const uint8_t *fate = (SPRINGLS__GLOBAL const uint8_t *)model->scratch[2];
@@ -102,7 +102,7 @@ SPRINGLS__MATHS void springls__seed_choose_element(const springls__model *model,
 {
     uint8_t now = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[2])[i];
     (void)job;
-    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_fate(model, i) : now;
+    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[3])[i] = now == SPRINGLS__UNDECIDED ? springls__seed_action(model, i) : now;
 }
 
 /* To SCRATCH4: 1 for an accepted seed; a scan makes it the seed's number. */
@@ -114,7 +114,7 @@ SPRINGLS__MATHS void springls__seed_count_element(const springls__model *model, 
 }
 
 /* The first job.i[0] accepted seeds become springls. */
-SPRINGLS__MATHS void springls__plant_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__insert_seeds_element(const springls__model *model, springls__job job, int i)
 {
     const float area = 0.324759526f; /* of an equilateral triangle with circumradius 0.5 */
     springls__seed seed = ((SPRINGLS__GLOBAL const springls__seed *)model->scratch[1])[i];

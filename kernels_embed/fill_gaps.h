@@ -11,7 +11,7 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        float reach = r + s->reach;
+        float reach = r + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
         nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));
         if (nearest2 <= covered * covered) return false;
@@ -75,12 +75,12 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 }
 
 /* Correspondence, and with the quadratic rule the place, of the springls from number job.i[0] on. */
-SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__job job, int i)
 {
     int first = job.i[0], n = first + i, m;
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__adopt_correspondence(model, s, first);
-    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
+    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
             for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
@@ -90,5 +90,5 @@ SPRINGLS__MATHS void springls__adopt_element(const springls__model *model, sprin
     }
     model->set.s[n] = s;
     model->set.a[n] = springls__project_on_original(model, a);
-    model->set.was[n] = s.p; /* it has been placed, not moved */
+    model->set.synced_position[n] = s.p; /* it has been placed, not moved */
 }

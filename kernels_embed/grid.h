@@ -31,7 +31,7 @@ SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, in
 
 /* The bricks that a row of voxels (or cells) along x reaches beyond its own, by the faces of the brick that it touches: bit
    (dx+1) + 3(dy+1) + 9(dz+1). */
-SPRINGLS__MATHS uint32_t springls__reach_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
+SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_x, bool first_y, bool last_y, bool first_z, bool last_z)
 {
     uint32_t x = 2u | (uint32_t)first_x | (uint32_t)last_x << 2;
     uint32_t xy = x << 3 | (first_y ? x : 0u) | (last_y ? x << 6 : 0u);

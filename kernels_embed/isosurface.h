@@ -254,7 +254,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 }
 
 /* Of vertex i (SCRATCH5): gradient of phi to SCRATCH1, correspondence to SCRATCH2, nearest springl to SCRATCH3. */
-SPRINGLS__MATHS void springls__dress_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__job job, int i)
 {
     springls__v3 x = ((SPRINGLS__GLOBAL const springls__v3 *)model->scratch[5])[i];
     int nearest = springls__nearest_springl(model, x, 1.0f);

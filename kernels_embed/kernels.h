@@ -25,19 +25,19 @@
     X(seed, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                                  \
     X(seed_choose, 512, SPRINGLS__BIT(SCRATCH3))                                                    \
     X(seed_count, 4096, SPRINGLS__BIT(SCRATCH4))                                                    \
-    X(plant, 512, SPRINGLS__SET_BITS)                                                               \
+    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                               \
     X(fill, 16, SPRINGLS__SET_BITS)                                                                 \
-    X(adopt, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(WAS))                          \
+    X(fit_new_springls, 16, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION))                          \
     X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                    \
     X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(SCRATCH1))                              \
-    X(colour, 8, SPRINGLS__BIT(PHI))                                                                \
-    X(hold, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
+    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                \
+    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                             \
     X(band, 32, SPRINGLS__BIT(SCRATCH0))                                                            \
     X(oriented, 256, SPRINGLS__BIT(SCRATCH0))                                                       \
     X(grow_line, 64, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2))                             \
-    X(phi_in_step, 1024, SPRINGLS__BIT(WAS))                                                        \
-    X(way, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
-    X(dress, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
+    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                        \
+    X(displacement, 1024, SPRINGLS__BIT(SCRATCH7))                                                           \
+    X(attach_vertex_data, 256, SPRINGLS__BIT(SCRATCH1) | SPRINGLS__BIT(SCRATCH2) | SPRINGLS__BIT(SCRATCH3))
 
 /* Bricks: on a device a work group does one, item by item its rows. Last: floats that it shares. */
 #define SPRINGLS__BRICK_KERNELS(X) \
@@ -47,7 +47,7 @@
     X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(SCRATCH1), SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS) \
-    X(settle, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
+    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS) \
     X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS) \
     X(brick_state, 64, SPRINGLS__BIT(SCRATCH2), SPRINGLS__ROWS) \
     X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1) \
@@ -72,6 +72,6 @@
     X(large_flag, 4096) X(large_scatter, 4096)                                                        \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16) \
     X(mark_missing, 1024) X(mark_around, 64) X(mark_band, 64) X(mark_near, 512)                       \
-    X(near_rank, 1024) X(near_clear, 1024) X(near_count, 128) X(near_cursor, 1024) X(near_scatter, 128) X(near_sort, 8) \
+    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \
     X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \
-    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_settle, 64)
+    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)

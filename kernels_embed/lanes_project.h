@@ -66,8 +66,8 @@ SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_
     return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
 }
 
-/* springls__settled; phi points into a tile. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+/* springls__resolved_side; phi points into a tile. */
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
                                           SPRINGLS__GLOBAL float *out)
 {
     int i;
@@ -92,7 +92,7 @@ SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, floa
     }
 }
 
-/* springls__without_speck; true when there was one. */
+/* springls__remove_speck; true when there was one. */
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     bool some = false;

@@ -5,7 +5,7 @@ typedef struct springls__springl {
     springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
     springls__v3 p;         /* particle                                                                         */
     float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
-    float reach;            /* max |q[m] - p|                                                                   */
+    float bounding_radius; /* max |q[m] - p|                                                                   */
 } springls__springl;
 
 /* The constellation: arrays of `count` elements each. */
@@ -15,20 +15,20 @@ typedef struct springls__constellation {
     SPRINGLS__GLOBAL uint32_t *id;
     SPRINGLS__GLOBAL uint32_t *generation;
     SPRINGLS__GLOBAL uint8_t *mask;           /* 1: does not relax                                              */
-    SPRINGLS__GLOBAL int32_t *part;           /* the component it was part of when volumes were last locked; -1: none known */
+    SPRINGLS__GLOBAL int32_t *component;           /* the component it was part of when volumes were last locked; -1: none known */
     SPRINGLS__GLOBAL uint8_t *edge;           /* 1: lies at a sharp edge, as of the last step (edges.h)         */
     SPRINGLS__GLOBAL uint32_t *parent;        /* id of the springl that it was split from or planted beside; its own: of none */
     SPRINGLS__GLOBAL uint32_t *birth;         /* 4 * step + kind: when and how it was last given its place      */
     SPRINGLS__GLOBAL float *phi;              /* the level set at p, when it was last in step with p (phi_n of eq. 27) */
-    SPRINGLS__GLOBAL springls__v3 *was;       /* where the particle was when phi was last in step with it       */
+    SPRINGLS__GLOBAL springls__v3 *synced_position;       /* where the particle was when phi was last in step with it       */
     int count, at_edges; /* at_edges: how many lie at a sharp edge */
     uint32_t next_id, step; /* step: of the model, modulo 2^30 */
 } springls__constellation;
 
 /* Kinds of springls: springls_kind of the interface. */
-#define SPRINGLS__ORIGINAL 0u
-#define SPRINGLS__SPLIT 1u
-#define SPRINGLS__FILLED 2u
+#define SPRINGLS__KIND_ORIGINAL 0u
+#define SPRINGLS__KIND_SPLIT 1u
+#define SPRINGLS__KIND_FILLED 2u
 
 /* Sparse voxel grid: 8x8x8 bricks in a pool of slots, found through a dense top table. Slots 0 and 1 are constant
    bricks, far outside and far inside, so that every brick of the top table can be read without a test. */
@@ -56,15 +56,15 @@ typedef struct springls__grid {
 } springls__grid;
 
 /* Springls by the cell of their particle (cells.h), and by brick they come near (omega.h). */
-typedef struct springls__cells {
+typedef struct springls__cell_list {
     SPRINGLS__GLOBAL uint32_t *ids;        /* ascending within a cell                                           */
-    SPRINGLS__GLOBAL uint32_t *near_first; /* near_ids of active brick i: near_first[i] .. near_first[i+1]-1    */
-    SPRINGLS__GLOBAL uint32_t *near_ids;
+    SPRINGLS__GLOBAL uint32_t *brick_list_first; /* brick_list_ids of active brick i: brick_list_first[i] .. brick_list_first[i+1]-1    */
+    SPRINGLS__GLOBAL uint32_t *brick_list_ids;
     SPRINGLS__GLOBAL uint32_t *large;      /* springls that reach too far to be in cells                        */
     SPRINGLS__GLOBAL uint32_t *key;        /* the cell of each springl, counted through all slots               */
-    float reach;                           /* of the springls that are in cells                                 */
+    float bounding_radius;                         /* of the springls that are in cells                                 */
     int large_count;
-} springls__cells;
+} springls__cell_list;
 
 /* Forces that kernels can take by themselves (advect.h). */
 struct springls__force_rule;
@@ -94,14 +94,14 @@ typedef struct springls__model {
     springls__constellation set;
     springls__grid grid;
     springls__grid reference;           /* phi_ref: top table and phi only                                      */
-    springls__cells cells;
+    springls__cell_list cells;
     SPRINGLS__GLOBAL int *neighbors;    /* NEIGHBOR_ROW a springl (neighbors.h)                                 */
     SPRINGLS__GLOBAL void *scratch[SPRINGLS__SCRATCHES]; /* working memory of the stage that runs               */
     springls__forces_here force;        /* what moves it, where no callback does                                */
     SPRINGLS__GLOBAL uint32_t *counts;     /* on a device: what a collective has counted (collect.cl)           */
     SPRINGLS__GLOBAL uint32_t *sums;       /* ... of its chunks, ...                                            */
     SPRINGLS__GLOBAL uint32_t *brick_flag; /* ... which bricks are to be active, ...                            */
-    SPRINGLS__GLOBAL int *brick_list;      /* ... slots of new ones, ...                                        */
+    SPRINGLS__GLOBAL int *new_slots;      /* ... slots of new ones, ...                                        */
     SPRINGLS__GLOBAL uint32_t *spare;      /* ... and springls on their way                                     */
     springls__group group;
     springls_params params;
@@ -111,15 +111,15 @@ typedef struct springls__model {
 #define SPRINGLS__ARRAYS(X)                                                                                                       \
     X(S, springls__springl, 1, set.s) X(A, springls__v3, 1, set.a) X(ID, uint32_t, 1, set.id)                                     \
     X(GENERATION, uint32_t, 1, set.generation)                                                                                    \
-    X(MASK, uint8_t, 1, set.mask) X(PART, int32_t, 1, set.part) X(EDGE, uint8_t, 1, set.edge)                                     \
+    X(MASK, uint8_t, 1, set.mask) X(COMPONENT, int32_t, 1, set.component) X(EDGE, uint8_t, 1, set.edge)                                     \
     X(PARENT, uint32_t, 1, set.parent) X(BIRTH, uint32_t, 1, set.birth) X(PHI_AT, float, 1, set.phi)                              \
-    X(WAS, springls__v3, 1, set.was)                                                                                              \
+    X(SYNCED_POSITION, springls__v3, 1, set.synced_position)                                                                                              \
     X(TOP, int, 1, grid.top) X(SLOT_BRICK, int, 1, grid.slot_brick) X(ACTIVE, int, 1, grid.active)                                \
     X(FREE_SLOTS, int, 1, grid.free_slots) X(PHI, float, SPRINGLS__BRICK_VOXELS, grid.phi)                                        \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid.phi_next) X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid.omega)                 \
     X(CELL, uint32_t, SPRINGLS__CELLS, grid.cell)                                                                                 \
     X(REFERENCE_TOP, int, 1, reference.top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference.phi)                        \
-    X(IDS, uint32_t, 1, cells.ids) X(NEAR_FIRST, uint32_t, 1, cells.near_first) X(NEAR_IDS, uint32_t, 1, cells.near_ids)          \
+    X(IDS, uint32_t, 1, cells.ids) X(BRICK_LIST_FIRST, uint32_t, 1, cells.brick_list_first) X(BRICK_LIST_IDS, uint32_t, 1, cells.brick_list_ids)          \
     X(LARGE, uint32_t, 1, cells.large) X(KEY, uint32_t, 1, cells.key) X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, neighbors)        \
     X(SCRATCH0, uint8_t, 1, scratch[0]) X(SCRATCH1, uint8_t, 1, scratch[1]) X(SCRATCH2, uint8_t, 1, scratch[2])                   \
     X(SCRATCH3, uint8_t, 1, scratch[3]) X(SCRATCH4, uint8_t, 1, scratch[4]) X(SCRATCH5, uint8_t, 1, scratch[5])                   \
@@ -127,14 +127,14 @@ typedef struct springls__model {
     X(FORCE_RULE, struct springls__force_rule, 1, force.rule) X(FORCE_PRESSURE, float, 1, force.pressure)                         \
     X(FORCE_VELOCITY, float, 1, force.velocity) X(FORCE_USER, float, 1, force.user)                                               \
     X(COUNTS, uint32_t, 1, counts) X(SUMS, uint32_t, 1, sums) X(BRICK_FLAG, uint32_t, 1, brick_flag)                              \
-    X(BRICK_LIST, int, 1, brick_list) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
+    X(NEW_SLOTS, int, 1, new_slots) X(SPARE, uint32_t, SPRINGLS__PACKED_WORDS, spare)
 
 /* All of a springl, on its way to another place. */
 typedef struct springls__packed {
     springls__springl s;
-    springls__v3 a, was;
+    springls__v3 a, synced_position;
     uint32_t id, generation;
-    int32_t part;
+    int32_t component;
     float phi;
     uint32_t mask, edge, parent, birth;
 } springls__packed;
@@ -155,7 +155,7 @@ SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s
         s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
         reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
     }
-    s.reach = springls__sqrt(reach2);
+    s.bounding_radius = springls__sqrt(reach2);
     return s;
 }
 
@@ -164,7 +164,7 @@ SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, spring
     springls__springl s;
     s.q[0] = t.a; s.q[1] = t.b; s.q[2] = t.c;
     s.p = p;
-    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.reach = 0.0f;
+    s.inverse_edge2[0] = s.inverse_edge2[1] = s.inverse_edge2[2] = s.bounding_radius = 0.0f;
     return springls__springl_finished(s);
 }
 
@@ -190,26 +190,26 @@ SPRINGLS__MATHS void springls__springl_add(const springls__model *model, int i, 
     model->set.id[i] = model->set.next_id + (uint32_t)(i - model->set.count);
     model->set.generation[i] = generation;
     model->set.mask[i] = mask;
-    model->set.part[i] = -1;
+    model->set.component[i] = -1;
     model->set.edge[i] = 0;
     model->set.parent[i] = model->set.id[i];
-    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__FILLED : SPRINGLS__ORIGINAL);
+    model->set.birth[i] = springls__birth_of(model, generation ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_ORIGINAL);
     model->set.phi[i] = 0.0f;
-    model->set.was[i] = s.p;
+    model->set.synced_position[i] = s.p;
 }
 
 /* phi has been made to follow the springls. */
-SPRINGLS__MATHS void springls__phi_in_step_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__mark_phi_synced_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    model->set.was[i] = model->set.s[i].p;
+    model->set.synced_position[i] = model->set.s[i].p;
 }
 
 /* To SCRATCH7: how far a particle has come since then, squared. */
-SPRINGLS__MATHS void springls__way_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__displacement_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.was[i]));
+    ((SPRINGLS__GLOBAL float *)model->scratch[7])[i] = springls__length2(springls__sub(model->set.s[i].p, model->set.synced_position[i]));
 }
 
 /* The model's numbers, as kernels are given them. */
@@ -217,7 +217,7 @@ typedef struct springls__shape {
     int size[3], bricks[3], springls, at_edges;
     uint32_t next_id, step;
     int active_count, free_count, slot_count, large_count;
-    float far_value, reference_far_value, reach;
+    float far_value, reference_far_value, bounding_radius;
 } springls__shape;
 
 SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
@@ -238,7 +238,7 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
     shape.large_count = model->cells.large_count;
     shape.far_value = model->grid.far_value;
     shape.reference_far_value = model->reference.far_value;
-    shape.reach = model->cells.reach;
+    shape.bounding_radius = model->cells.bounding_radius;
     return shape;
 }
 
@@ -259,5 +259,5 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->cells.large_count = shape.large_count;
     model->grid.far_value = shape.far_value;
     model->reference.far_value = shape.reference_far_value;
-    model->cells.reach = shape.reach;
+    model->cells.bounding_radius = shape.bounding_radius;
 }

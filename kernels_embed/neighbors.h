@@ -39,10 +39,10 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     walk = springls__cell_walk_around(model, lower, upper, radius);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &all[other];
-        float within = radius + o->reach + self->reach;
+        float within = radius + o->bounding_radius + self->bounding_radius;
         if (other == n) continue;
         if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
-        within = radius + o->reach;
+        within = radius + o->bounding_radius;
         if (springls__length2(springls__sub(o->p, self->q[0])) > within * within && springls__length2(springls__sub(o->p, self->q[1])) > within * within
             && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
         if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;

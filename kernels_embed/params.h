@@ -1,15 +1,15 @@
 /* params.h - the parameters, which hosts and kernels share. */
 
-typedef enum springls_threshold { SPRINGLS_H_LINEAR, SPRINGLS_H_TANH } springls_threshold;           /* paper, Fig. 8a */
-typedef enum springls_weight { SPRINGLS_W_LINEAR, SPRINGLS_W_ATANH, SPRINGLS_W_SPLINE_FAR,           /* paper, Fig. 8b: */
-                               SPRINGLS_W_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */
+typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */
+typedef enum springls_weight { SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_ATANH, SPRINGLS_WEIGHT_SPLINE_FAR,           /* paper, Fig. 8b: */
+                               SPRINGLS_WEIGHT_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */
 typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */
 typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */
 
 /* Where a split or filled springl gets its place and its correspondence. */
 typedef enum springls_placement {
-    SPRINGLS_PLACE_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */
-    SPRINGLS_PLACE_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */
+    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */
+    SPRINGLS_PLACEMENT_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */
 } springls_placement;
 
 /* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;

@@ -37,20 +37,20 @@ SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, s
 }
 
 /* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */
-typedef struct springls__say { float weight, distance; } springls__say;
+typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
-SPRINGLS__MATHS springls__say springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
+SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
-    springls__say say;
+    springls__estimate say;
     say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;
     say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
     return say;
 }
 
 /* Sums of less weight say nothing. */
-#define SPRINGLS__HEARD 1e-3f
+#define SPRINGLS__MIN_WEIGHT 1e-3f
 
 /* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
@@ -81,38 +81,38 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 }
 
 /* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
-SPRINGLS__MATHS int springls__may_nucleate(springls__projection f)
+SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
 {
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
 /* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
    its old value in it. */
-SPRINGLS__MATHS float springls__doubtful(float phi, float far_value)
+SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
-SPRINGLS__MATHS int springls__is_doubtful(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
+SPRINGLS__MATHS int springls__is_side_unknown(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
 
 /* The old value again, where nobody could help. */
-SPRINGLS__MATHS float springls__undoubted(float phi, float far_value)
+SPRINGLS__MATHS float springls__restore_side(float phi, float far_value)
 {
-    if (!springls__is_doubtful(phi, far_value)) return phi;
+    if (!springls__is_side_unknown(phi, far_value)) return phi;
     return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
 }
 
 /* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */
-SPRINGLS__MATHS float springls__known(float phi, float far_value) { return springls__is_doubtful(phi, far_value) ? 0.0f : phi; }
+SPRINGLS__MATHS float springls__known_side(float phi, float far_value) { return springls__is_side_unknown(phi, far_value) ? 0.0f : phi; }
 
 /* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
    much. Where they say no more than `enough` the voxel stays in doubt. */
-SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, float enough)
+SPRINGLS__MATHS float springls__resolved_side(springls__cross7 v, float far_value, float enough)
 {
     float sum, nearest;
-    if (!springls__is_doubtful(v.c, far_value)) return v.c;
-    sum = springls__known(v.xm, far_value) + springls__known(v.xp, far_value) + springls__known(v.ym, far_value)
-        + springls__known(v.yp, far_value) + springls__known(v.zm, far_value) + springls__known(v.zp, far_value);
+    if (!springls__is_side_unknown(v.c, far_value)) return v.c;
+    sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value) + springls__known_side(v.ym, far_value)
+        + springls__known_side(v.yp, far_value) + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
     if (springls__fabs(sum) <= enough) return v.c;
     nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
                             springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
@@ -123,7 +123,7 @@ SPRINGLS__MATHS float springls__settled(springls__cross7 v, float far_value, flo
 
 /* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
    not far aside. */
-SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
@@ -131,7 +131,7 @@ SPRINGLS__MATHS int springls__claims_inside(springls__v3 d, springls__v3 n, floa
 
 /* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it
    becomes there, else itself. */
-SPRINGLS__MATHS float springls__without_speck(springls__cross7 v)
+SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)
 {
     float lo = springls__least(v), hi = springls__most(v);
     if (v.c >= 0.0f && hi < 0.0f) return hi;

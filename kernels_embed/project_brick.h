@@ -10,7 +10,7 @@ SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, sp
     (void)job;
     o->p = s.p;
     o->n = springls__springl_normal(s);
-    o->moved = springls__sub(s.p, model->set.was[n]);
+    o->moved = springls__sub(s.p, model->set.synced_position[n]);
     o->edge = springls__at_edge(model, (int)n);
 }
 
@@ -84,8 +84,8 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
 SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
 
-/* springls__settled and springls__without_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+/* springls__resolved_side and springls__remove_speck of eight voxels, phi in a tile; the latter is true when there was one. */
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
                                           SPRINGLS__GLOBAL float *out);
 SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
 
@@ -157,8 +157,8 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__crowd crowd;
-    springls__say say;
+    springls__sample_set crowd;
+    springls__estimate say;
     int r, k, edges = 0;
     crowd.count = 0;
     for (r = 0; r < near_by->count; r++)
@@ -167,7 +167,7 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
             float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
             if (weight <= 0.0f) continue;
             edges += s->edge;
-            springls__join(&crowd, s->p, s->n, s->p, weight * weight, k);
+            springls__sample_set_add(&crowd, s->p, s->n, s->p, weight * weight, k);
         }
     if (edges == 0) return false;
     say = springls__edge_distance(&crowd, x);
@@ -187,7 +187,7 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             springls__v3 d = springls__sub(x, s->p);
             if (springls__length2(d) >= SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS) continue;
-            if (springls__dot(s->n, normal) < -0.5f && springls__claims_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
+            if (springls__dot(s->n, normal) < -0.5f && springls__votes_inside(d, s->n, SPRINGLS__PROJECT_RADIUS, 0.6f))
                 return true;
         }
     return false;
@@ -208,7 +208,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (!model->params.project_level_set) return phi;
     if (at_edge && springls__fabs(phi) < width && springls__project_at_edge(model, near_by, x, &phi)) return phi;
     f = springls__moments_distance(sum);
-    if (model->params.nucleate && phi >= 0.0f && springls__may_nucleate(f)
+    if (model->params.nucleate && phi >= 0.0f && springls__can_nucleate(f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal))
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
@@ -239,18 +239,18 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) {
             out[v] = phi[v];
-            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__HEARD) {
+            if (some && sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, v)] > SPRINGLS__MIN_WEIGHT) {
                 out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(sums, v), carry, at_edge,
                                                  phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
-                out[v] = springls__doubtful(phi[v], g->far_value);
+                out[v] = springls__side_unknown(phi[v], g->far_value);
                 *in_doubt = 1;
             }
         }
 }
 
 /* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
-SPRINGLS__MATHS void springls__settle_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
+SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -260,10 +260,10 @@ SPRINGLS__MATHS void springls__settle_element(const springls__model *model, spri
     if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         if (in_doubt)
-            springls__settle_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
         for (v = 8 * row; v < 8 * row + 8; v++) {
             if (!in_doubt) out[v] = from[v];
-            else if (job.i[0]) out[v] = springls__undoubted(out[v], g->far_value);
+            else if (job.i[0]) out[v] = springls__restore_side(out[v], g->far_value);
         }
     }
 }

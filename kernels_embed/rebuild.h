@@ -101,7 +101,7 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
 }
 
 /* Which of the 27 bricks around (and including) a brick the band reaches. */
-SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi, float half_width)
+SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
 {
     uint32_t reach = 0;
     int x, y, z;
@@ -109,7 +109,7 @@ SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi,
         for (y = 0; y < 8; y++) {
             uint32_t row = 0;
             for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (row) reach |= springls__reach_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+            if (row) reach |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
         }
     return reach;
 }
@@ -118,6 +118,6 @@ SPRINGLS__MATHS uint32_t springls__band_reach(SPRINGLS__GLOBAL const float *phi,
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
-    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_reach(
+    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(
         model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);
 }

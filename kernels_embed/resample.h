@@ -44,7 +44,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
     child.pad = 0.0f;
-    if (model->params.placement == SPRINGLS_PLACE_QUADRATIC) {
+    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         fit = springls__fit_at(model, child.s.p, springls__tri_normal(t), child.a, model->set.count);
         if (fit.ok) {
             for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
@@ -86,7 +86,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 {
     SPRINGLS__GLOBAL const springls__half *halves = (SPRINGLS__GLOBAL const springls__half *)model->scratch[2];
     uint32_t at = ((SPRINGLS__GLOBAL const uint32_t *)model->scratch[1])[i];
-    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.was[i]);
+    springls__v3 moved = springls__sub(model->set.s[i].p, model->set.synced_position[i]);
     springls__half first, second;
     int n = model->set.count + (int)at;
     if (!springls__is_overgrown(model, springls__springl_tri(model->set.s[i])) || at >= (uint32_t)job.i[0]) return;
@@ -94,12 +94,12 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
     second = halves[2u * at + 1u];
     model->set.generation[i]++;
     springls__springl_add(model, n, second.s, second.a, model->set.generation[i], model->set.mask[i]);
-    model->set.was[n] = springls__sub(second.s.p, moved);
+    model->set.synced_position[n] = springls__sub(second.s.p, moved);
     model->set.parent[n] = model->set.id[i];
     model->set.birth[i] = springls__birth_of(model,
-                                             (model->set.birth[i] & 3u) == SPRINGLS__FILLED ? SPRINGLS__FILLED : SPRINGLS__SPLIT);
+                                             (model->set.birth[i] & 3u) == SPRINGLS__KIND_FILLED ? SPRINGLS__KIND_FILLED : SPRINGLS__KIND_SPLIT);
     model->set.birth[n] = model->set.birth[i];
     model->set.s[i] = first.s;
     model->set.a[i] = first.a;
-    model->set.was[i] = springls__sub(first.s.p, moved);
+    model->set.synced_position[i] = springls__sub(first.s.p, moved);
 }

@@ -84,7 +84,7 @@ SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRI
     bool some = false;
     int i;
     for (i = 0; i < 8; i++) {
-        out[i] = springls__without_speck(springls__tile_cross(phi + i));
+        out[i] = springls__remove_speck(springls__tile_cross(phi + i));
         some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
     }
     return some;
@@ -132,11 +132,11 @@ SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 of
     }
 }
 
-SPRINGLS__MATHS void springls__settle_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
                                           SPRINGLS__GLOBAL float *out)
 {
     int i;
-    for (i = 0; i < 8; i++) out[i] = springls__settled(springls__tile_cross(phi + i), far_value, enough);
+    for (i = 0; i < 8; i++) out[i] = springls__resolved_side(springls__tile_cross(phi + i), far_value, enough);
 }
 
 #endif

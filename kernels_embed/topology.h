@@ -64,7 +64,7 @@ SPRINGLS__MATHS unsigned springls__inside_mask(const springls__grid *g, SPRINGLS
 
 /* Voxels of one parity (job.i[0]) have no neighbour of the same parity: they may change together, in any order. The present sides
    live in phi, which receives what is granted of what phi_next asks for. */
-SPRINGLS__MATHS void springls__colour_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__commit_simple_color_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -81,7 +81,7 @@ SPRINGLS__MATHS void springls__colour_element(const springls__model *model, spri
 }
 
 /* What was not granted is taken out of phi_next. */
-SPRINGLS__MATHS void springls__hold_element(const springls__model *model, springls__job job, int i)
+SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
     const float held = 0.25f; /* a voxel that may not change stays next to the interface */

@@ -35,7 +35,7 @@ SPRINGLS__MATHS springls__v3 springls__adopt_correspondence(const springls__mode
     float radius = model->params.neighbor_radius;
     int attempt;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
-        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.reach);
+        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
         float best = FLT_MAX;
         int other, count = 0;

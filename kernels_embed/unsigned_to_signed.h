@@ -166,17 +166,17 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     springls__slot_origin(g, g->active[i], o);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
-    for (k = model->cells.near_first[i]; k < model->cells.near_first[i + 1]; k++) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.near_ids[k]];
+    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[model->cells.brick_list_ids[k]];
         springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float r = s->reach + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
+        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
         int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
         int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
         for (z = z0; z <= z1; z++)
             for (y = y0; y <= y1; y++) {
                 v = 8 * y + 64 * z;
                 if (springls__is_mine(model->group, y + 8 * z))
-                    springls__side_row(&plan, s->p, s->reach, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
+                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
             }
     }
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)

@@ -143,7 +143,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *job, int first,
         for (m = 0; m < 3; m++) x[(m + 1) * count + i] = s[i].q[m];
     }
     springls__slopes(job, x, a, count, job->rule.stage_time[0], k1);
-    if (job->forces.integrator == SPRINGLS_EULER) {
+    if (job->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
         for (i = 0; i < n; i++) k1[i] = springls__scale(k1[i], job->rule.dt);
     } else {
         for (i = 0; i < n; i++) stage[i] = springls__mad(x[i], k1[i], 0.5f * job->rule.dt);
@@ -192,7 +192,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     job->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     job->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     job->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
-    job->rule.euler = forces->integrator == SPRINGLS_EULER;
+    job->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
     job->rule.curvature_weight = forces->curvature_weight;
     job->time = time;
     job->dt = dt;
@@ -324,16 +324,16 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     enum { TRIES = 40 };
     springls__motion *job = &ctx->motion;
     int count = ctx->model.set.count;
-    if (ctx->work.part == 0) {
+    if (ctx->work.phase == 0) {
         SPRINGLS__TRY(springls__displace(job));
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     }
     springls__displaced(job);
     if (job->moved < 0.0f)
         return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
     if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
         job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
-        return springls__then(ctx, 0);
+        return springls__next_phase(ctx, 0);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
     ctx->stats.moved = job->moved;
@@ -348,17 +348,17 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
-    return springls__staged(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
 }
 
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
     springls__motion *job = &ctx->motion;
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, 1.0f));
-    job->forces.integrator = SPRINGLS_EULER;
+    job->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     job->rule.euler = 1;
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__told(ctx, springls__displace(job)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__displace(job)));
     springls__finish_loop(ctx);
     springls__displaced(job);
     if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");

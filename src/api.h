@@ -52,7 +52,7 @@ typedef enum springls_status {
     SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
     SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
     SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
-    SPRINGLS_DEVICE = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
+    SPRINGLS_DEVICE_FAILED = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
                                        ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
                                        the model could not be brought back: then it is empty                             */
     SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
@@ -242,14 +242,14 @@ typedef void (*springls_affine_fn)(void *user, const float *points, const float 
 /* A sampled field: `channels` floats a sample (1 pressure, 3 velocity), x fastest, trilinear between samples, constant
    beyond them. It lies on the model's grid (size all zero) or on a grid of its own. Values are voxels of the model's
    grid a unit of time. The data is borrowed during the call. A displacement field is a velocity grid applied with
-   dt = 1 and SPRINGLS_EULER. */
+   dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
     springls_grid_desc grid;
     unsigned version; /* with a backend: while it and data stay the same, and it is not 0, the samples are not sent again */
 } springls_sampled_field;
 
-typedef enum springls_integrator { SPRINGLS_RK4, SPRINGLS_EULER } springls_integrator;
+typedef enum springls_integrator { SPRINGLS_INTEGRATOR_RK4, SPRINGLS_INTEGRATOR_EULER } springls_integrator;
 
 typedef struct springls_forces {
     springls_pressure_fn pressure; /* rho: along the outward normal                                             */
@@ -289,9 +289,9 @@ SPRINGLS_API springls_status springls_track(springls_context *ctx);             
 /* ---- >>drivers ------------------------------------------------------------------------------------------------ */
 
 typedef enum springls_mode {
-    SPRINGLS_FLUID,      /* Algorithm 2: active contour                                                         */
-    SPRINGLS_ELASTIC,    /* Algorithm 3: steps of any size                                                      */
-    SPRINGLS_ADVECT_ONLY /* "behaves like a mesh": springls move, the level set stays                           */
+    SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contour                                                         */
+    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size                                                      */
+    SPRINGLS_MODE_ADVECT_ONLY /* "behaves like a mesh": springls move, the level set stays                           */
 } springls_mode;
 
 typedef struct springls_step_desc {
@@ -318,9 +318,9 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
    together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
    fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
    A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
-   Between the calls the model is on its way: counts, views, ids, get_confidence, springl_materials, mesh_attribute, sample_*,
+   Between the calls the model is on its way: counts, views, ids, get_provenance, springl_materials, mesh_attribute, sample_*,
    inside, closest, raycast, surfels and the soup tell what is there now, springls that have moved and a level set that may not
-   have followed yet (in SPRINGLS_ELASTIC steps it may be half made). springls_set_*, _reset and _restore drop the step with the
+   have followed yet (in SPRINGLS_MODE_ELASTIC steps it may be half made). springls_set_*, _reset and _restore drop the step with the
    model. Every other call that changes the model, or wants it whole (a stage, a step, parameters, time, mask, reference,
    max_speed, meshes, chunks, measures, snapshots), ends the step first, however long that takes, and returns its failure if it
    has one. */
@@ -436,7 +436,7 @@ SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, con
 /* grad phi, world components: of unit length where phi is a distance and the spacing uniform. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 /* 1 inside, 0 outside: one byte a point. */
-SPRINGLS_API springls_status springls_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
+SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
 /* A place on the model. `material` is the same place on the original surface: its point, the triangle of the original
    surface it lies on, and the barycentric coordinates there (section 4.7). */
@@ -465,12 +465,12 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float
    belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
    nothing about the model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
 typedef enum springls_policy {
-    SPRINGLS_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
+    SPRINGLS_POLICY_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
                        one that stays keeps its own. For labels                                                           */
-    SPRINGLS_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
+    SPRINGLS_POLICY_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
                        and add up to 1, and that are exact, where that is possible, for functions linear in the
                        correspondence. merge: mean of the two, weighted by area. For what is continuous                   */
-    SPRINGLS_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
+    SPRINGLS_POLICY_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
                        there is one within 2.5 voxels. For amounts, whose sum is to last                                  */
 } springls_policy;
 
@@ -502,17 +502,17 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
 
 /* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
 typedef enum springls_kind {
-    SPRINGLS_ORIGINAL, /* of the input: exact but for the error of advection           */
-    SPRINGLS_SPLIT,    /* part of one: interpolated between neighbours                 */
-    SPRINGLS_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+    SPRINGLS_KIND_ORIGINAL, /* of the input: exact but for the error of advection           */
+    SPRINGLS_KIND_SPLIT,    /* part of one: interpolated between neighbours                 */
+    SPRINGLS_KIND_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
 } springls_kind;
-typedef struct springls_confidence {
+typedef struct springls_provenance {
     springls_kind kind;
     int age;             /* steps since it was last given its place: by input, split or fill      */
     uint32_t generation; /* see springls_generations                                              */
     uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
-} springls_confidence;
-SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out); /* one a springl */
+} springls_provenance;
+SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out); /* one a springl */
 
 /* ---- >>material: places on the original surface ---------------------------------------------------------------- */
 
@@ -541,7 +541,7 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
 /* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
    triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context. Places
    are held against triangle_count; the indices in `triangles` are not: they are the caller's. */
-SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
                                              const int *triangles, int triangle_count, float *out);
 
 /* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial
@@ -550,7 +550,7 @@ SPRINGLS_API int springls_material_count(const springls_context *ctx);
 
 /* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
 
-typedef enum springls_operation { SPRINGLS_UNION, SPRINGLS_INTERSECTION, SPRINGLS_DIFFERENCE } springls_operation;
+typedef enum springls_operation { SPRINGLS_OPERATION_UNION, SPRINGLS_OPERATION_INTERSECTION, SPRINGLS_OPERATION_DIFFERENCE } springls_operation;
 
 /* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width.
    Springls of both stay where they bound the result, the other's turned round in a difference; what reaches over the seam is

@@ -27,26 +27,26 @@ SPRINGLS__FN springls_status springls__attribute_work(springls_context *ctx, int
 
 /* ---- the springls around a place, and their weights ---- */
 
-enum { SPRINGLS__DONORS = 24 };
+enum { SPRINGLS__MAX_SOURCES = 24 };
 
 /* index[0] has the nearest correspondence. */
-typedef struct springls__donors {
-    int index[SPRINGLS__DONORS], count;
-    float d2[SPRINGLS__DONORS], weight[SPRINGLS__DONORS]; /* squared distance of correspondences */
-} springls__donors;
+typedef struct springls__interpolation_sources {
+    int index[SPRINGLS__MAX_SOURCES], count;
+    float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* squared distance of correspondences */
+} springls__interpolation_sources;
 
-typedef struct springls__donor_search {
+typedef struct springls__interpolation_search {
     const springls_context *ctx;   /* its springl_surface holds the springls that are asked */
     const springls__v3 *a;         /* and this their correspondences                        */
     int known;                     /* how many have values                                  */
-} springls__donor_search;
+} springls__interpolation_search;
 
-SPRINGLS__FN void springls__donors_add(springls__donors *donors, int index, float d2)
+SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *donors, int index, float d2)
 {
     int i, last = donors->count - 1;
-    if (donors->count == SPRINGLS__DONORS
+    if (donors->count == SPRINGLS__MAX_SOURCES
         && (donors->d2[last] < d2 || (donors->d2[last] == d2 && donors->index[last] < index))) return;
-    i = donors->count < SPRINGLS__DONORS ? donors->count++ : last;
+    i = donors->count < SPRINGLS__MAX_SOURCES ? donors->count++ : last;
     for (; i > 0 && (donors->d2[i - 1] > d2 || (donors->d2[i - 1] == d2 && donors->index[i - 1] > index)); i--) {
         donors->d2[i] = donors->d2[i - 1];
         donors->index[i] = donors->index[i - 1];
@@ -74,7 +74,7 @@ SPRINGLS__FN void springls__solve3(double m[3][3], const double b[3], double x[3
 /* Sums over the donors, each with its weight: what is needed to fit a plane about the correspondence a. */
 typedef struct springls__plane { double weight, mean[3], slope[3]; } springls__plane;
 
-SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *donors, double r[SPRINGLS__DONORS][3])
+SPRINGLS__FN springls__plane springls__interpolation_plane(const springls__interpolation_sources *donors, double r[SPRINGLS__MAX_SOURCES][3])
 {
     const double ridge = 1e-4; /* across the original surface, where the donors have no extent */
     springls__plane plane;
@@ -100,9 +100,9 @@ SPRINGLS__FN springls__plane springls__donors_plane(const springls__donors *dono
    exact for linear functions. Donors that would get a negative weight are left out, the worst first, and the plane is fitted
    again; where that does not end, beyond the rim of the donors, the slope is reduced instead. So the result is a mean of
    values, and stays within their range. */
-SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springls__v3 *places, springls__v3 a)
+SPRINGLS__FN void springls__interpolation_weigh(springls__interpolation_sources *donors, const springls__v3 *places, springls__v3 a)
 {
-    double r[SPRINGLS__DONORS][3], lean[SPRINGLS__DONORS], limit = 1.0, below, lowest = 0.0;
+    double r[SPRINGLS__MAX_SOURCES][3], lean[SPRINGLS__MAX_SOURCES], limit = 1.0, below, lowest = 0.0;
     float range2 = 1.1f * donors->d2[donors->count - 1] + 1e-6f;
     springls__plane plane;
     int i, k, left = donors->count, worst;
@@ -113,7 +113,7 @@ SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springl
         r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
     }
     do {
-        plane = springls__donors_plane(donors, r);
+        plane = springls__interpolation_plane(donors, r);
         worst = -1;
         for (i = 0; i < donors->count; i++) {
             lean[i] = 0.0;
@@ -133,12 +133,12 @@ SPRINGLS__FN void springls__donors_weigh(springls__donors *donors, const springl
 
 /* The springls around x that face the way of n (both in model coordinates) with the correspondences nearest to a. Where there
    are none on this side, the nearest of all. */
-SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *search, springls__v3 x, springls__v3 n,
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_at(const springls__interpolation_search *search, springls__v3 x, springls__v3 n,
                                                   springls__v3 a, float reach)
 {
     const springls__surface *surface = &search->ctx->springl_surface;
     const float alike = 0.3f, stretch = search->ctx->largest_spacing / search->ctx->smallest_spacing;
-    springls__donors donors;
+    springls__interpolation_sources donors;
     float radius = 2.5f * springls__max(1.0f, reach), further2;
     int attempt, j;
     donors.count = 0;
@@ -151,7 +151,7 @@ SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *
             t = springls__surface_triangle(surface, j);
             if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
             if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
-            springls__donors_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
+            springls__interpolation_sources_add(&donors, j, springls__length2(springls__sub(search->a[j], a)));
         }
     }
     if (donors.count == 0) {
@@ -171,12 +171,12 @@ SPRINGLS__FN springls__donors springls__donors_at(const springls__donor_search *
     radius = 2.5f * springls__max(1.0f, reach);
     further2 = 2.0f * donors.d2[0] + 16.0f * radius * radius; /* met here, but from another part of the original */
     while (donors.count > 1 && donors.d2[donors.count - 1] > further2) donors.count--;
-    if (donors.count) springls__donors_weigh(&donors, search->a, a);
+    if (donors.count) springls__interpolation_weigh(&donors, search->a, a);
     return donors;
 }
 
 /* donors of a springl that is there now. */
-SPRINGLS__FN springls__donors springls__donors_of_springl(const springls__donor_search *search, int i)
+SPRINGLS__FN springls__interpolation_sources springls__interpolation_sources_of_springl(const springls__interpolation_search *search, int i)
 {
     const springls_context *ctx = search->ctx;
     springls__springl s = ctx->model.set.s[i];
@@ -184,10 +184,10 @@ SPRINGLS__FN springls__donors springls__donors_of_springl(const springls__donor_
     t.a = springls__voxel_to_model(ctx, s.q[0]);
     t.b = springls__voxel_to_model(ctx, s.q[1]);
     t.c = springls__voxel_to_model(ctx, s.q[2]);
-    return springls__donors_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.reach);
+    return springls__interpolation_sources_at(search, springls__voxel_to_model(ctx, s.p), springls__tri_normal(t), ctx->model.set.a[i], s.bounding_radius);
 }
 
-SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, const springls__donors *donors, float *out)
+SPRINGLS__FN void springls__interpolate_rows(const springls__attribute *attribute, const springls__interpolation_sources *donors, float *out)
 {
     int i, c;
     for (c = 0; c < attribute->channels; c++) out[c] = 0.0f;
@@ -197,12 +197,12 @@ SPRINGLS__FN void springls__donors_blend(const springls__attribute *attribute, c
 }
 
 /* The values at a place with these neighbours: blended, or of the one with the nearest correspondence; 0 where there is none. */
-SPRINGLS__FN void springls__donors_value(const springls__attribute *attribute, const springls__donors *donors, bool blend,
+SPRINGLS__FN void springls__interpolate_value(const springls__attribute *attribute, const springls__interpolation_sources *donors, bool blend,
                                          float *out)
 {
     size_t bytes = (size_t)attribute->channels * sizeof *out;
     if (donors->count == 0) memset(out, 0, bytes);
-    else if (blend) springls__donors_blend(attribute, donors, out);
+    else if (blend) springls__interpolate_rows(attribute, donors, out);
     else memcpy(out, springls__attribute_row(attribute, donors->index[0]), bytes);
 }
 
@@ -217,7 +217,7 @@ SPRINGLS__FN int springls__channels_split_by(const springls_context *ctx, spring
 
 SPRINGLS__FN springls_status springls__attributes_before_split(springls_context *ctx, int splits)
 {
-    size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    size_t count = (size_t)ctx->model.set.count, blended = (size_t)springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__rows_reserve(ctx, &ctx->attributes[i], ctx->model.set.count + splits, ctx->model.set.count));
@@ -245,7 +245,7 @@ SPRINGLS__FN int springls__row_of_id(const springls_context *ctx, uint32_t id, i
 /* The rows of new springl known + i, and of the springl that it was split from, which is its other half now. */
 typedef struct springls__inherit_job {
     springls_context *ctx;
-    springls__donor_search search;
+    springls__interpolation_search search;
     int blended; /* channels */
     float *values;
 } springls__inherit_job;
@@ -264,11 +264,11 @@ SPRINGLS__FN void springls__blend_halves_task(void *arg, int begin, int end)
     for (; begin < end; begin++)
         for (half = 0; half < 2; half++) {
             int child = job->search.known + begin;
-            springls__donors donors = springls__donors_of_springl(&job->search, half ? child : springls__other_half(job, child));
+            springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, half ? child : springls__other_half(job, child));
             for (i = 0; i < job->ctx->attribute_count; i++) {
                 const springls__attribute *attribute = &job->ctx->attributes[i];
-                if (attribute->split != SPRINGLS_BLEND) continue;
-                springls__donors_value(attribute, &donors, true, out);
+                if (attribute->split != SPRINGLS_POLICY_BLEND) continue;
+                springls__interpolate_value(attribute, &donors, true, out);
                 out += attribute->channels;
             }
         }
@@ -285,11 +285,11 @@ SPRINGLS__FN void springls__split_rows_task(void *arg, int begin, int end)
             const springls__attribute *attribute = &job->ctx->attributes[i];
             float *first = springls__attribute_row(attribute, other), *second = springls__attribute_row(attribute, child);
             for (c = 0; c < attribute->channels; c++) {
-                if (attribute->split == SPRINGLS_BLEND) first[c] = in[at + c];
-                if (attribute->split == SPRINGLS_SHARE) first[c] *= 0.5f;
-                second[c] = attribute->split == SPRINGLS_BLEND ? in[job->blended + at + c] : first[c];
+                if (attribute->split == SPRINGLS_POLICY_BLEND) first[c] = in[at + c];
+                if (attribute->split == SPRINGLS_POLICY_SHARE) first[c] *= 0.5f;
+                second[c] = attribute->split == SPRINGLS_POLICY_BLEND ? in[job->blended + at + c] : first[c];
             }
-            if (attribute->split == SPRINGLS_BLEND) at += attribute->channels;
+            if (attribute->split == SPRINGLS_POLICY_BLEND) at += attribute->channels;
         }
     }
 }
@@ -306,7 +306,7 @@ SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int kn
     job.search.ctx = ctx;
     job.search.a = (const springls__v3 *)ctx->attribute_memory[SPRINGLS__OLD_PLACES].data;
     job.search.known = known;
-    job.blended = springls__channels_split_by(ctx, SPRINGLS_BLEND);
+    job.blended = springls__channels_split_by(ctx, SPRINGLS_POLICY_BLEND);
     job.values = (float *)ctx->attribute_memory[SPRINGLS__NEW_VALUES].data;
     if (job.blended) springls__parallel(ctx, added, 32, springls__blend_halves_task, &job);
     springls__parallel(ctx, added, 256, springls__split_rows_task, &job);
@@ -320,12 +320,12 @@ SPRINGLS__FN void springls__fill_rows_task(void *arg, int begin, int end)
     int i;
     for (; begin < end; begin++) {
         int child = job->search.known + begin;
-        springls__donors donors = springls__donors_of_springl(&job->search, child);
+        springls__interpolation_sources donors = springls__interpolation_sources_of_springl(&job->search, child);
         for (i = 0; i < job->ctx->attribute_count; i++) {
             const springls__attribute *attribute = &job->ctx->attributes[i];
             float *row = springls__attribute_row(attribute, child);
-            if (attribute->fill == SPRINGLS_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
-            else springls__donors_value(attribute, &donors, attribute->fill == SPRINGLS_BLEND, row);
+            if (attribute->fill == SPRINGLS_POLICY_SHARE) memset(row, 0, (size_t)attribute->channels * sizeof *row);
+            else springls__interpolate_value(attribute, &donors, attribute->fill == SPRINGLS_POLICY_BLEND, row);
         }
     }
 }
@@ -362,9 +362,9 @@ SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *c
 /* ---- merge ---- */
 
 /* Of a springl: its area; and where it is to go, the nearest springl of its side that stays: index -1 when there is none. */
-typedef struct springls__heir { int index; float distance, area; } springls__heir;
+typedef struct springls__merge_target { int index; float distance, area; } springls__merge_target;
 
-SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const uint8_t *fate, int i)
+SPRINGLS__FN springls__merge_target springls__merge_target_of(const springls_context *ctx, const uint8_t *fate, int i)
 {
     const float range = SPRINGLS__FIT_RADIUS, alike = 0.3f;
     const springls__springl *s = ctx->model.set.s;
@@ -372,7 +372,7 @@ SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const
                                                          range * ctx->largest_spacing / ctx->smallest_spacing);
     springls__v3 n = springls__springl_normal(s[i]);
     float best = range * range;
-    springls__heir heir;
+    springls__merge_target heir;
     int j;
     heir.index = -1;
     heir.area = 0.5f * springls__length(springls__tri_area2(springls__springl_tri(s[i])));
@@ -387,41 +387,41 @@ SPRINGLS__FN springls__heir springls__heir_of(const springls_context *ctx, const
     return heir;
 }
 
-typedef struct springls__heirs_job {
+typedef struct springls__merge_targets_job {
     const springls_context *ctx;
     const uint8_t *fate;
-    springls__heir *heirs;
-} springls__heirs_job;
+    springls__merge_target *heirs;
+} springls__merge_targets_job;
 
-SPRINGLS__FN void springls__heirs_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__merge_targets_task(void *arg, int begin, int end)
 {
-    const springls__heirs_job *job = (const springls__heirs_job *)arg;
-    for (; begin < end; begin++) job->heirs[begin] = springls__heir_of(job->ctx, job->fate, begin);
+    const springls__merge_targets_job *job = (const springls__merge_targets_job *)arg;
+    for (; begin < end; begin++) job->heirs[begin] = springls__merge_target_of(job->ctx, job->fate, begin);
 }
 
 SPRINGLS__FN bool springls__attributes_merge(const springls_context *ctx)
 {
     int i;
     for (i = 0; i < ctx->attribute_count; i++)
-        if (ctx->attributes[i].merge != SPRINGLS_COPY) return true;
+        if (ctx->attributes[i].merge != SPRINGLS_POLICY_COPY) return true;
     return false;
 }
 
 /* SCRATCH1 has the fate of every springl. */
 SPRINGLS__FN springls_status springls__attributes_before_removal(springls_context *ctx)
 {
-    springls__heirs_job job;
+    springls__merge_targets_job job;
     size_t count = (size_t)ctx->model.set.count;
     if (!ctx->attribute_count) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), 0));
     if (!springls__attributes_merge(ctx)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S), 0));
-    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, count, sizeof(springls__heir)));
+    SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, count, sizeof(springls__merge_target)));
     SPRINGLS__TRY(springls__model_refresh(ctx));
     job.ctx = ctx;
     job.fate = (const uint8_t *)ctx->model.scratch[1];
-    job.heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
-    springls__parallel(ctx, (int)count, 256, springls__heirs_task, &job);
+    job.heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
+    springls__parallel(ctx, (int)count, 256, springls__merge_targets_task, &job);
     return SPRINGLS_OK;
 }
 
@@ -431,21 +431,21 @@ SPRINGLS__FN void springls__merge_row(const springls__attribute *attribute, int 
     float *to = springls__attribute_row(attribute, heir), *from = springls__attribute_row(attribute, gone);
     int c;
     for (c = 0; c < attribute->channels; c++)
-        to[c] += attribute->merge == SPRINGLS_SHARE ? from[c] : share * (from[c] - to[c]);
+        to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
 /* What contract removed because another was too close has merged with that one; what it removed for other reasons has not, but
    leaves its share. */
 SPRINGLS__FN void springls__merge_rows(springls_context *ctx, int count)
 {
-    springls__heir *heirs = (springls__heir *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+    springls__merge_target *heirs = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
     int i, k;
     for (i = 0; i < count; i++) {
-        springls__heir *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
+        springls__merge_target *heir = heirs[i].index < 0 ? NULL : &heirs[heirs[i].index];
         bool merged = heirs[i].distance <= ctx->model.params.merge_distance && heirs[i].area > 0.0f;
         if (!heir) continue;
         for (k = 0; k < ctx->attribute_count; k++)
-            if (ctx->attributes[k].merge != SPRINGLS_COPY)
+            if (ctx->attributes[k].merge != SPRINGLS_POLICY_COPY)
                 springls__merge_row(&ctx->attributes[k], heirs[i].index, i,
                                     merged ? heirs[i].area / (heirs[i].area + heir->area) : 0.0f);
         if (merged) heir->area += heirs[i].area;
@@ -467,7 +467,7 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
 
 SPRINGLS__FN bool springls__policy_known(springls_policy policy)
 {
-    return policy == SPRINGLS_COPY || policy == SPRINGLS_BLEND || policy == SPRINGLS_SHARE;
+    return policy == SPRINGLS_POLICY_COPY || policy == SPRINGLS_POLICY_BLEND || policy == SPRINGLS_POLICY_SHARE;
 }
 
 /* The attribute of a number; NULL, and the reason, where there is none. */
@@ -599,7 +599,7 @@ SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, 
 }
 
 typedef struct springls__mesh_attribute_job {
-    springls__donor_search search;
+    springls__interpolation_search search;
     const springls_mesh *mesh;
     const springls__attribute *attribute;
     float *out;
@@ -613,9 +613,9 @@ SPRINGLS__FN void springls__mesh_attribute_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         size_t v = 3 * (size_t)begin;
         springls__v3 n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        springls__donors donors = springls__donors_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
+        springls__interpolation_sources donors = springls__interpolation_sources_at(&job->search, springls__world_to_model(ctx, job->mesh->positions + v), n,
                                              springls__world_to_voxel(ctx, job->mesh->correspondences + v), 1.0f);
-        springls__donors_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_BLEND,
+        springls__interpolate_value(job->attribute, &donors, job->attribute->fill == SPRINGLS_POLICY_BLEND,
                             job->out + (size_t)begin * (size_t)job->attribute->channels);
     }
 }
@@ -639,12 +639,12 @@ SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, cons
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_get_confidence(springls_context *ctx, springls_confidence *out)
+SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out)
 {
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(BIRTH) | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(PARENT)));
-    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "get_confidence: out is NULL");
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(BIRTH) | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(PARENT)));
+    if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "get_provenance: out is NULL");
     for (i = 0; i < ctx->model.set.count; i++) {
         uint32_t birth = ctx->model.set.birth[i];
         out[i].kind = (springls_kind)(birth & 3u);

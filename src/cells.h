@@ -24,10 +24,10 @@ SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__cells *cells = &ctx->model.cells;
+    springls__cell_list *cells = &ctx->model.cells;
     const springls__springl *s = ctx->model.set.s;
     size_t n = (size_t)ctx->model.set.count;
     uint32_t running = 0;
@@ -36,15 +36,15 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
     if (ctx->on_device) {
         springls_status status = ctx->backend->cells_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
-        if (status != SPRINGLS_DEVICE) return status;
-        SPRINGLS__TRY(springls__leave_backend(ctx));
+        if (status != SPRINGLS_DEVICE_FAILED) return status;
+        SPRINGLS__TRY(springls__fall_back_to_host(ctx));
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_LARGE, n + 1, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    cells->reach = 0.0f;
+    cells->bounding_radius = 0.0f;
     cells->large_count = 0;
     for (i = 0; i < g->active_count; i++)
         memset(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
@@ -53,7 +53,7 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
             cells->large[cells->large_count++] = (uint32_t)i;
             continue;
         }
-        cells->reach = springls__max(cells->reach, s[i].reach);
+        cells->bounding_radius = springls__max(cells->bounding_radius, s[i].bounding_radius);
         g->cell[cells->key[i]]++;
     }
     for (i = 0; i < g->active_count; i++) { /* scan: entry c+1 becomes where cell c starts */
@@ -72,11 +72,11 @@ SPRINGLS__FN springls_status springls__cells_build(springls_context *ctx)
 }
 
 /* Bricks within one cell of any particle; those of the large springls too, which are in no cell. */
-SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
+SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
     SPRINGLS__TRY(springls__to_host(ctx,
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
@@ -89,7 +89,7 @@ SPRINGLS__FN springls_status springls__cells_cover_around(springls_context *ctx)
         int o[3];
         if (i < g->active_count) {
             springls__slot_origin(g, g->active[i], o);
-            reach = springls__cells_reach(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
+            reach = springls__cells_neighbor_mask(g->cell + (size_t)g->active[i] * SPRINGLS__CELLS);
         } else {
             springls__v3 p = ctx->model.set.s[ctx->model.cells.large[i - g->active_count]].p;
             o[0] = springls__cell_coordinate(p.x, g->size[0]) & ~7;

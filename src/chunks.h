@@ -3,12 +3,12 @@
    chunks are made of it, so where two meet they have the same vertices to the bit, whenever either was made. */
 
 /* Of the springls of a brick, to tell whether correspondences have moved along the surface. */
-typedef struct springls__crew { uint64_t ids; springls__v3 places, origins; int count; } springls__crew; /* sums of p and a */
+typedef struct springls__brick_signature { uint64_t ids; springls__v3 places, origins; int count; } springls__brick_signature; /* sums of p and a */
 
 struct springls_chunks {
     springls_chunks_desc desc;
     springls__grid shown;       /* top, slot_brick, free_slots and phi                                          */
-    springls__crew *crew;       /* of a slot, when it was last meshed                                           */
+    springls__brick_signature *crew;       /* of a slot, when it was last meshed                                           */
     uint8_t *dirty, *has_mesh;  /* of a brick                                                                   */
     uint32_t *touched;          /* of a listed brick: the bricks around it that a change reaches                */
     int *list;
@@ -38,7 +38,7 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
     c->shown.slot_brick = (int *)c->slot_brick.data;
     c->shown.free_slots = (int *)c->free_slots.data;
     c->shown.phi = (float *)c->phi.data;
-    c->crew = (springls__crew *)c->crews.data;
+    c->crew = (springls__brick_signature *)c->crews.data;
     return SPRINGLS_OK;
 }
 
@@ -65,11 +65,11 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
 /* ---- what has changed ---- */
 
 /* Bricks that a voxel of a brick matters to, where there is a mesh: a vertex hangs on voxels up to its brick's end, and its
-   normal on voxels one further. Bits as in springls__reach_of_row. */
+   normal on voxels one further. Bits as in springls__neighbor_mask_of_row. */
 SPRINGLS__FN uint32_t springls__bricks_touched_by(int v)
 {
     int x = v & 7, y = v >> 3 & 7, z = v >> 6;
-    return springls__reach_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
+    return springls__neighbor_mask_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
 }
 
 /* May the zero level that is shown pass between voxel v of a brick and one of the six around it? */
@@ -166,14 +166,14 @@ SPRINGLS__FN void springls__mark_around(springls_chunks *c, int i)
 }
 
 /* Who is where: to tell change of correspondences. To SCRATCH1, by slot of what is shown. */
-SPRINGLS__FN springls_status springls__muster(springls_context *ctx, springls_chunks *c)
+SPRINGLS__FN springls_status springls__collect_signatures(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &ctx->model.grid;
-    springls__crew *crew;
+    springls__brick_signature *crew;
     void *memory;
     int i, slot;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)c->shown.slot_count, sizeof *crew, &memory));
-    crew = (springls__crew *)memory;
+    crew = (springls__brick_signature *)memory;
     memset(crew, 0, (size_t)c->shown.slot_count * sizeof *crew);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
@@ -347,11 +347,11 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     job.ctx = ctx;
     job.chunks = c;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (c->desc.material) SPRINGLS__TRY(springls__cells_build(ctx));
+    if (c->desc.material) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__show_task, &job);
     for (i = 0; i < listed; i++) springls__mark_around(c, i);
-    if (c->desc.material) SPRINGLS__TRY(springls__muster(ctx, c));
+    if (c->desc.material) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
     springls__drop_shown(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
@@ -407,5 +407,5 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
     status = springls__chunks_update(ctx, chunks, count);
     if (status == SPRINGLS_OK) *changed = chunks->chunk;
     else *count = 0;
-    return springls__told(ctx, status);
+    return springls__report_device_failure(ctx, status);
 }

@@ -6,7 +6,7 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (array <= SPRINGLS__ARRAY_WAS || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
+    if (array <= SPRINGLS__ARRAY_SYNCED_POSITION || array == SPRINGLS__ARRAY_IDS || array == SPRINGLS__ARRAY_KEY
         || array == SPRINGLS__ARRAY_NEIGHBORS)
         used = (size_t)m->set.count;
     else if (array >= SPRINGLS__ARRAY_SLOT_BRICK && array <= SPRINGLS__ARRAY_CELL)
@@ -29,7 +29,7 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
 
 /* The backend has failed, as ctx->error says: what is only on its device is brought here, and what was to be done there goes on here
    from where it was. A failure when not even that can be: the model is lost. */
-SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
+SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
 {
     int array;
     char error[sizeof ctx->error];
@@ -42,17 +42,17 @@ SPRINGLS__FN springls_status springls__leave_backend(springls_context *ctx)
     }
     ctx->backend = NULL;
     ctx->on_device = false;
-    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE, "%.180s; going on without the device%s", error,
+    ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
                                          ctx->lost ? ", the model is lost" : "");
-    return ctx->lost ? SPRINGLS_DEVICE : SPRINGLS_OK;
+    return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
 /* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
 #define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
     do {                                                                                                    \
-        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE;                      \
-        if (springls__there != SPRINGLS_DEVICE) return springls__there;                                     \
-        if ((ctx)->on_device) SPRINGLS__TRY(springls__leave_backend(ctx));                                  \
+        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE_FAILED;                      \
+        if (springls__there != SPRINGLS_DEVICE_FAILED) return springls__there;                                     \
+        if ((ctx)->on_device) SPRINGLS__TRY(springls__fall_back_to_host(ctx));                                  \
     } while (0)
 
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
@@ -65,7 +65,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
         springls__buffer *buffer = &ctx->memory[array];
         if (!((reads | writes) >> array & 1u)) continue;
         if (buffer->host_stale && springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK)
-            return springls__leave_backend(ctx);
+            return springls__fall_back_to_host(ctx);
         if (writes >> array & 1u) buffer->device_stale = buffer->device != NULL;
     }
     return SPRINGLS_OK;
@@ -94,14 +94,14 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     if (ctx->lost) return ctx->backend_status;
     if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
         return SPRINGLS_OK;
-    return springls__leave_backend(ctx);
+    return springls__fall_back_to_host(ctx);
 }
 
 /* From now on kernels run on the device, where there is one: for stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
 /* Whatever the device has is of no use any more. */
-SPRINGLS__FN void springls__host_anew(springls_context *ctx)
+SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
     ctx->on_device = false;
@@ -114,7 +114,7 @@ SPRINGLS__FN void springls__host_anew(springls_context *ctx)
 SPRINGLS__FN void springls__clear_model(springls_context *ctx);
 
 /* A failure of the backend is told once, at the end of the outermost call, when all has been done that can be. */
-SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_status status)
+SPRINGLS__FN springls_status springls__report_device_failure(springls_context *ctx, springls_status status)
 {
     bool lost = ctx->lost;
     if (ctx->backend_status == SPRINGLS_OK) return status;
@@ -127,15 +127,15 @@ SPRINGLS__FN springls_status springls__told(springls_context *ctx, springls_stat
 }
 
 /* Working memory of stages: what it holds is of no use to whoever comes after them. */
-#define SPRINGLS__WORK_BITS                                                                                                      \
+#define SPRINGLS__SCRATCH_BITS                                                                                                      \
     ((uint64_t)0xff * SPRINGLS__BIT(SCRATCH0) | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS) | SPRINGLS__BIT(BRICK_FLAG) |        \
-     SPRINGLS__BIT(BRICK_LIST) | SPRINGLS__BIT(SPARE))
+     SPRINGLS__BIT(NEW_SLOTS) | SPRINGLS__BIT(SPARE))
 
 SPRINGLS__FN void springls__forget_work(springls_context *ctx)
 {
     int array;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++)
-        if (SPRINGLS__WORK_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
+        if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
 /* From now on they run here, on all of the model: for inputs and queries. */
@@ -143,6 +143,6 @@ SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writ
 {
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step that has been left still needs it */
-    return springls__told(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
-                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0));
+    return springls__report_device_failure(ctx, springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS,
+                                                 writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__SCRATCH_BITS : 0));
 }

@@ -10,13 +10,13 @@ SPRINGLS__FN springls__side_rule springls__rule_of(const springls_context *asked
 {
     springls__side_rule rule;
     rule.asked = &asked->model.grid;
-    rule.sign = operation == SPRINGLS_INTERSECTION || (operation == SPRINGLS_DIFFERENCE && of_other) ? -1.0f : 1.0f;
-    rule.alike = !of_other && operation != SPRINGLS_DIFFERENCE; /* one of the two is enough */
-    rule.opposite = !of_other && operation == SPRINGLS_DIFFERENCE;
+    rule.sign = operation == SPRINGLS_OPERATION_INTERSECTION || (operation == SPRINGLS_OPERATION_DIFFERENCE && of_other) ? -1.0f : 1.0f;
+    rule.alike = !of_other && operation != SPRINGLS_OPERATION_DIFFERENCE; /* one of the two is enough */
+    rule.opposite = !of_other && operation == SPRINGLS_OPERATION_DIFFERENCE;
     return rule;
 }
 
-SPRINGLS__FN bool springls__stays(const springls__side_rule *rule, const springls__springl *s)
+SPRINGLS__FN bool springls__is_kept(const springls__side_rule *rule, const springls__springl *s)
 {
     const float on_surface = 0.05f;
     float phi = springls__grid_sample(rule->asked, rule->asked->phi, s->p);
@@ -27,7 +27,7 @@ SPRINGLS__FN bool springls__stays(const springls__side_rule *rule, const springl
 }
 
 /* Corners beyond the seam are drawn in to it, towards the particle. */
-SPRINGLS__FN springls__springl springls__draw_in(const springls__side_rule *rule, springls__springl s)
+SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_rule *rule, springls__springl s)
 {
     const float enough = 0.1f; /* nearer to the seam a triangle would be left without an area */
     float here = rule->sign * springls__grid_sample(rule->asked, rule->asked->phi, s.p);
@@ -41,8 +41,8 @@ SPRINGLS__FN springls__springl springls__draw_in(const springls__side_rule *rule
 
 SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a, float b)
 {
-    if (operation == SPRINGLS_UNION) return springls__min(a, b);
-    return springls__max(a, operation == SPRINGLS_DIFFERENCE ? -b : b);
+    if (operation == SPRINGLS_OPERATION_UNION) return springls__min(a, b);
+    return springls__max(a, operation == SPRINGLS_OPERATION_DIFFERENCE ? -b : b);
 }
 
 /* ---- level sets ---- */
@@ -154,24 +154,24 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 /* ---- springls ---- */
 
 /* Which of a model's springls stay, to its SCRATCH1; returns how many. */
-SPRINGLS__FN springls_status springls__who_stays(springls_context *ctx, const springls__side_rule *rule, int *staying)
+SPRINGLS__FN springls_status springls__mark_kept_springls(springls_context *ctx, const springls__side_rule *rule, int *staying)
 {
     uint8_t *fate;
     int i;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, 1, (void **)&fate));
     for (i = *staying = 0; i < ctx->model.set.count; i++) {
-        fate[i] = springls__stays(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
+        fate[i] = springls__is_kept(rule, &ctx->model.set.s[i]) ? SPRINGLS__KEEP : SPRINGLS__REMOVE;
         *staying += fate[i] == SPRINGLS__KEEP;
     }
     return SPRINGLS_OK;
 }
 
 /* Springl j of the other, behind all that are here. */
-SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_context *other, int j,
+SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const springls_context *other, int j,
                                          const springls__side_rule *rule, bool turn)
 {
     const springls__constellation *set = &other->model.set;
-    springls__springl s = springls__draw_in(rule, set->s[j]);
+    springls__springl s = springls__pull_to_surface(rule, set->s[j]);
     uint32_t birth = set->birth[j], age = set->step - (birth >> 2);
     int i, k, n;
     if (turn) {
@@ -196,11 +196,11 @@ SPRINGLS__FN void springls__take_springl(springls_context *ctx, const springls_c
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other)
 {
-    const bool turn = operation == SPRINGLS_DIFFERENCE;
+    const bool turn = operation == SPRINGLS_OPERATION_DIFFERENCE;
     springls__side_rule rule = springls__rule_of(other, operation, false), its_rule = springls__rule_of(ctx, operation, true);
     int i, count = ctx->model.set.count, staying, coming;
-    SPRINGLS__TRY(springls__who_stays(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__who_stays(other, &its_rule, &coming));
+    SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
+    SPRINGLS__TRY(springls__mark_kept_springls(other, &its_rule, &coming));
     if (staying + coming == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     if (staying + coming > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
@@ -210,10 +210,10 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);
-    for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__draw_in(&rule, ctx->model.set.s[i]);
+    for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
         if (((const uint8_t *)other->model.scratch[1])[i] == SPRINGLS__KEEP)
-            springls__take_springl(ctx, other, i, &its_rule, turn);
+            springls__copy_other_springl(ctx, other, i, &its_rule, turn);
     ctx->stats.removed += count - staying;
     ctx->stats.added += coming;
     springls__constellation_changed(ctx);
@@ -229,13 +229,13 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     int i, before = -1;
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
-        SPRINGLS__TRY(springls__whole(ctx, springls__fill_gaps));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__fill_gaps));
     }
     return SPRINGLS_OK;
 }
 
 /* Springls and level set have new boundaries: edges are found, gaps are filled, and phi is what the springls say, if asked. */
-SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool project)
+SPRINGLS__FN springls_status springls__run_until_steady(springls_context *ctx, bool project)
 {
     springls__constellation_changed(ctx);
     ctx->locked_count = 0;
@@ -244,8 +244,8 @@ SPRINGLS__FN springls_status springls__settle_down(springls_context *ctx, bool p
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
-    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
-    springls__phi_in_step(ctx);
+    if (project && ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+    springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
 
@@ -253,17 +253,17 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
 {
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
-    SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_DIFFERENCE));
+    SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other)); /* asks both level sets, as they were */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
-    return springls__settle_down(ctx, true);
+    return springls__run_until_steady(ctx, true);
 }
 
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
                                                       const springls_context *other)
 {
-    if (operation != SPRINGLS_UNION && operation != SPRINGLS_INTERSECTION && operation != SPRINGLS_DIFFERENCE)
+    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION && operation != SPRINGLS_OPERATION_DIFFERENCE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
     if (!other || other == ctx)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is NULL, or the same");

@@ -4,7 +4,7 @@
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
 {
     int array;
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++)
+    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++)
         SPRINGLS__TRY(springls__grow(ctx, (springls__array)array, (size_t)count, (size_t)ctx->model.set.count));
     return SPRINGLS_OK;
 }
@@ -21,7 +21,7 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
                                                 uint32_t generation, uint8_t mask)
 {
     int i = ctx->model.set.count;
-    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_WAS].bytes / sizeof(springls__v3)); /* the last array to be grown */
+    SPRINGLS_ASSERT((size_t)i < ctx->memory[SPRINGLS__ARRAY_SYNCED_POSITION].bytes / sizeof(springls__v3)); /* the last array to be grown */
     springls__springl_add(&ctx->model, i, springls__springl_finished(*s), a, generation, mask);
     springls__constellation_added(ctx, 1);
     return i;
@@ -34,7 +34,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     int array, i, n = 0, count = ctx->model.set.count;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
-    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_WAS; array++) {
+    for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
         char *data = (char *)ctx->memory[array].data;
         size_t element = springls__element_size((springls__array)array);
         for (i = n = 0; i < count; i++) {
@@ -56,16 +56,16 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
 SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
 
 /* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
-SPRINGLS__FN void springls__phi_in_step(springls_context *ctx)
+SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
-    springls__run(ctx, SPRINGLS__KERNEL_phi_in_step, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
 }
 
 /* The longest way of any particle since then, voxels. In SCRATCH7. */
-SPRINGLS__FN springls_status springls__way_since_phi(springls_context *ctx, float *way)
+SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *way)
 {
     SPRINGLS__TRY(springls__scratch(ctx, 7, (size_t)ctx->model.set.count, sizeof(float), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_way, ctx->model.set.count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, springls__no_job());
     *way = springls__sqrt(springls__largest(ctx, 7, ctx->model.set.count));
     return SPRINGLS_OK;
 }

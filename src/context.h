@@ -105,7 +105,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
     springls__omega_constant(ctx, params->capture, params->capture);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
-    return springls__told(ctx, SPRINGLS_OK);
+    return springls__report_device_failure(ctx, SPRINGLS_OK);
 }
 
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx) { return ctx ? ctx->error : "no context"; }
@@ -130,7 +130,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status)
     case SPRINGLS_NON_FINITE: return "not finite";
     case SPRINGLS_EMPTY_MODEL: return "empty model";
     case SPRINGLS_CANCELLED: return "cancelled";
-    case SPRINGLS_DEVICE: return "device failure";
+    case SPRINGLS_DEVICE_FAILED: return "device failure";
     case SPRINGLS_BAD_SNAPSHOT: return "bad snapshot";
     default: return "unknown status";
     }

@@ -12,30 +12,30 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__job job = springls__no_job();
     int count = ctx->model.set.count;
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         if (count == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
-        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cells_build(ctx));
+        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
         job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
         job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
         springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
         ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
-        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__then(ctx, 4);
-        SPRINGLS__TRY(springls__cells_build(ctx));
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, 4);
+        SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
         springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     case 2:
         springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        return springls__then(ctx, 3);
+        return springls__next_phase(ctx, 3);
     case 3:
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-        return springls__then(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+        return springls__next_phase(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -50,10 +50,10 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__sample_phi(ctx));
-    return springls__then_stage(ctx, springls__contract);
+    return springls__next_stage(ctx, springls__contract);
 }
 
 SPRINGLS_API springls_status springls_contract(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_CONTRACT, springls__contract_now);
 }

@@ -7,7 +7,7 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool an
 {
     int count = ctx->model.set.count;
     size_t n = (size_t)count;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 4, n, sizeof(springls__v3), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 6, n, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 7, n, 1, NULL));
@@ -60,7 +60,7 @@ SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, i
 /* What the voxels on one side of the zero level say about the surface about x: each its foot point and normal. A convex edge
    leaves the distances inside it unrounded, a concave one those outside. */
 SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
-                                        springls__crowd *crowd)
+                                        springls__sample_set *crowd)
 {
     const float depth = 1.8f;
     int lo[3], hi[3], i, j, k;
@@ -78,7 +78,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
                 n = springls__unkinked_gradient(g, i, j, k);
                 foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
                 weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__join(crowd, foot, n, foot, weight * weight, -2);
+                if (weight > 0.0f && springls__length2(n) > 0.5f) springls__sample_set_add(crowd, foot, n, foot, weight * weight, -2);
             }
 }
 
@@ -96,13 +96,13 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
 {
     const float radius = 2.5f, slack = 0.4f; /* as far as marching cubes cuts a corner off */
     springls__v3 n = springls__springl_normal(*s);
-    springls__crowd crowd;
+    springls__sample_set crowd;
     springls__sides sides;
     springls__fit_result fit;
     int outside, m;
     for (outside = 0; outside < 2; outside++) {
         springls__gather_feet(g, s->p, radius, !outside, &crowd);
-        sides = springls__crowd_sides(&crowd, 0.0f, false);
+        sides = springls__sample_set_sides(&crowd, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
         fit = springls__side_at(&crowd, sides, s->p, n, s->p, -1, outside ? 2 : 1, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
@@ -144,7 +144,7 @@ SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
         if (springls__has_kink(&ctx->model.grid, s->p)
             && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
             ctx->model.set.a[begin] = s->p;
-            ctx->model.set.was[begin] = s->p;
+            ctx->model.set.synced_position[begin] = s->p;
         }
     }
 }

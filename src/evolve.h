@@ -9,21 +9,21 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     default:
         springls__commit_phi(ctx, 1);
-        springls__phi_in_step(ctx);
+        springls__mark_phi_synced(ctx);
         return SPRINGLS_OK;
     }
 }
 
 SPRINGLS_API springls_status springls_evolve(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_EVOLVE, springls__evolve);
 }

@@ -2,10 +2,10 @@
    comes and goes with the voxels that happen to lie inside; the springls beside a hole know better where it lies. */
 
 /* Where they are wanted. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_holes(springls_context *ctx)
+SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, sizeof(springls__seed), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)count, 1, NULL));
@@ -14,7 +14,7 @@ SPRINGLS__FN springls_status springls__find_holes(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__plant(springls_context *ctx)
+SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count, wanted = 0, room;
     while (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH2, count, SPRINGLS__UNDECIDED) > 0) {
@@ -28,7 +28,7 @@ SPRINGLS__FN springls_status springls__plant(springls_context *ctx)
     ctx->stats.added += room;
     if (room == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + room));
-    springls__run(ctx, SPRINGLS__KERNEL_plant, count, springls__job_of(room));
+    springls__run(ctx, SPRINGLS__KERNEL_insert_seeds, count, springls__job_of(room));
     springls__constellation_added(ctx, room);
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;

@@ -1,11 +1,11 @@
 /* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */
 
 /* The bare triangles of the zero level: see springls__is_exposed. Ends with a loop. */
-SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx, float covered, float on_sheets)
+SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float covered, float on_sheets)
 {
     springls__job job = springls__no_job();
     int bricks;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, SPRINGLS__CUBES, NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)bricks, sizeof(uint32_t), NULL));
@@ -16,7 +16,7 @@ SPRINGLS__FN springls_status springls__find_bare(springls_context *ctx, float co
 }
 
 /* ... get springls. */
-SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
+SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
     int bricks = ctx->model.grid.active_count, wanted = 0, room;
     SPRINGLS__TRY(springls__scan(ctx, 2, bricks, &wanted));
@@ -29,13 +29,13 @@ SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
 }
 
 /* The new springls, behind `first` others, take their place among them. */
-SPRINGLS__FN void springls__adopt(springls_context *ctx, int first)
+SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
 {
     int added = ctx->model.set.count - first;
     double started;
     if (added == 0) return;
     started = springls__stage_begin(ctx, SPRINGLS_STAGE_TRACK);
-    springls__run(ctx, SPRINGLS__KERNEL_adopt, added, springls__job_of(first)); /* the cells still hold the known ones only */
+    springls__run(ctx, SPRINGLS__KERNEL_fit_new_springls, added, springls__job_of(first)); /* the cells still hold the known ones only */
     springls__stage_end(ctx, SPRINGLS_STAGE_TRACK, started);
     ctx->stats.added += added;
     springls__constellation_changed(ctx);
@@ -47,27 +47,27 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     const float d_max = ctx->model.params.d_max;
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
-        if (!springls_first) return springls__then(ctx, 2);
-        SPRINGLS__TRY(springls__find_holes(ctx));
-        return springls__then(ctx, 1);
+        if (!springls_first) return springls__next_phase(ctx, 2);
+        SPRINGLS__TRY(springls__find_seeds(ctx));
+        return springls__next_phase(ctx, 1);
     case 1:
-        SPRINGLS__TRY(springls__plant(ctx));
+        SPRINGLS__TRY(springls__insert_seeds(ctx));
         SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     case 2:
-        SPRINGLS__TRY(springls__find_bare(ctx, springls_first ? springls__max(covered, d_max) : d_max,
+        SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
                                           springls_first ? on_sheets : d_max));
-        return springls__then(ctx, 3);
+        return springls__next_phase(ctx, 3);
     default:
-        SPRINGLS__TRY(springls__cover(ctx));
-        springls__adopt(ctx, count);
+        SPRINGLS__TRY(springls__fill_exposed(ctx));
+        springls__fit_new_springls(ctx, count);
         return springls__attributes_after_fill(ctx, count);
     }
 }
 
 SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_FILL_GAPS, springls__fill_gaps);
 }

@@ -67,7 +67,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 /* The model and its reference are empty. */
 SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
-    springls__host_anew(ctx);
+    springls__discard_device_copies(ctx);
     springls__grid_clear(ctx, &ctx->model.reference);
     springls__grid_clear(ctx, &ctx->model.grid);
     springls__model_constants(ctx);

@@ -55,7 +55,7 @@ typedef struct springls__surface {
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
 
-enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__HEIRS, SPRINGLS__ATTRIBUTE_BUFFERS };
+enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
 /* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
 typedef struct springls__attribute {
@@ -65,7 +65,7 @@ typedef struct springls__attribute {
     springls__buffer values;
 } springls__attribute;
 
-/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__leave_backend does. */
+/* Another place where kernels run (springls_cl.h). A call that fails says why in ctx->error and logs nothing: springls__fall_back_to_host does. */
 struct springls_backend {
     /* Device memory for a buffer, at least `bytes`; its first `keep` bytes are kept. */
     springls_status (*resize)(springls_context *ctx, springls__buffer *buffer, size_t bytes, size_t keep);
@@ -98,7 +98,7 @@ typedef springls_status (*springls__stage_fn)(springls_context *ctx);
 /* A run of a kernel here. */
 typedef struct springls__range_job {
     const springls_context *ctx;
-    const struct springls__kernel_facts *kernel;
+    const struct springls__kernel_info *kernel;
     springls__job job;
 } springls__range_job;
 
@@ -114,8 +114,8 @@ typedef struct springls__pieces {
 /* The stage at work, and how far it has come (parts.h). */
 typedef struct springls__work {
     springls__stage_fn stage;
-    int part, turn;         /* the next part; how often one has been done again                                 */
-    bool more;
+    int phase, repetition;         /* the next part; how often one has been done again                                 */
+    bool pending;
     float number;           /* what parts tell each other                                                       */
     springls__pieces loop;
 } springls__work;
@@ -136,11 +136,11 @@ typedef struct springls__motion {
 } springls__motion;
 
 /* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
-typedef struct springls__row { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__row;
+typedef struct springls__step_entry { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__step_entry;
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__row *row; /* the next one                                                            */
+    const springls__step_entry *row; /* the next one                                                            */
     double seconds;         /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */

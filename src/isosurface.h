@@ -66,7 +66,7 @@ SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, spring
 typedef struct springls__dress_job { springls_context *ctx; springls_mesh *mesh; } springls__dress_job;
 
 /* What the kernel of this name has found for each vertex, in the world. */
-SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
+SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
 {
     const springls__dress_job *job = (const springls__dress_job *)arg;
     void *const *found = job->ctx->model.scratch;
@@ -79,18 +79,18 @@ SPRINGLS__FN void springls__dress_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx, springls_mesh *out)
+SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
 {
     springls__raw_mesh raw;
     springls__dress_job job;
     size_t vertices;
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
     SPRINGLS__TRY(springls__scratch(ctx, 1, vertices, sizeof(springls__v3), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 2, vertices, sizeof(springls__v3), NULL));
     SPRINGLS__TRY(springls__scratch(ctx, 3, vertices, sizeof(int), NULL));
-    springls__run(ctx, SPRINGLS__KERNEL_dress, raw.vertex_count, springls__no_job());
+    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, springls__no_job());
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH1, vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH2, vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ARRAY_SCRATCH3, vertices * sizeof(int)));
@@ -100,7 +100,7 @@ SPRINGLS__FN springls_status springls__dressed_isosurface(springls_context *ctx,
     springls__keep_orientation(ctx, out);
     job.ctx = ctx;
     job.mesh = out;
-    springls__parallel(ctx, raw.vertex_count, 1024, springls__dress_task, &job);
+    springls__parallel(ctx, raw.vertex_count, 1024, springls__attach_vertex_data_task, &job);
     return SPRINGLS_OK;
 }
 
@@ -112,7 +112,7 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     memset(out, 0, sizeof *out);
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__use_device(ctx);
-    status = springls__told(ctx, springls__dressed_isosurface(ctx, out));
+    status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* the device may have failed only after it was made */
     return status;
 }

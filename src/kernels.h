@@ -2,7 +2,7 @@
 
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
 #define SPRINGLS__GRID_BITS (2 * SPRINGLS__BIT(CELL) - SPRINGLS__BIT(TOP)) /* of the grid */
-#define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(WAS) - SPRINGLS__BIT(S)) /* all of the constellation */
+#define SPRINGLS__SET_BITS (2 * SPRINGLS__BIT(SYNCED_POSITION) - SPRINGLS__BIT(S)) /* all of the constellation */
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
@@ -14,13 +14,13 @@ typedef enum springls__kernel {
     SPRINGLS__KERNEL_COUNT
 } springls__kernel;
 
-typedef struct springls__kernel_facts {
+typedef struct springls__kernel_info {
     const char *name;
     void (*range)(const springls__model *model, springls__job job, int begin, int end);
     int grain;
     uint64_t writes;
     bool brick; /* a work group does one */
-} springls__kernel_facts;
+} springls__kernel_info;
 
 #define SPRINGLS__RANGE(name)                                                                                            \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \

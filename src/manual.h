@@ -59,7 +59,7 @@
 
      mesh, volume, function --> springls + phi --> step, step, ... --> mesh, springls, distances, correspondences
 
-   SPRINGLS_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
+   SPRINGLS_MODE_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
 
        advect  relax  contract  resample  relax  (evolve  rebuild) x evolve_iterations  fill_gaps
 
@@ -95,14 +95,14 @@
      split and fill ask each side by itself: see SHARP EDGES.
      On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
 
-   SPRINGLS_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
+   SPRINGLS_MODE_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
 
        advect  unsigned_to_signed  [keep_edges]  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
 
    with at least three of (evolve  rebuild) where predict = 1: there is nothing to carry. Topology is not preserved: phi is
    made afresh.
 
-   SPRINGLS_ADVECT_ONLY: advect. phi stays.
+   SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
    one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
    springls that it adds. Every stage but project, keep_edges and volume_lock may also be
@@ -184,8 +184,8 @@
    belongs to them. Blending means values with weights that are not negative and add up to 1, so a range is kept, and sums of
    channels (bone weights) stay 1; of what curves over the original it takes a little off at each interpolation. What is known on
    the mesh that was set need not be carried: springls_mesh_materials says where on it the vertices of an extracted mesh lie,
-   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_lookup takes the
-   values from there, which no number of steps wears off. springls_get_confidence says of each springl whether it is original,
+   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_interpolate_material takes the
+   values from there, which no number of steps wears off. springls_get_provenance says of each springl whether it is original,
    split or filled, and how old. Attributes cost nothing when there are none, and change nothing about the model. With a backend
    they live on the host, which at each resampling reads what it needs of the springls.
    springls_combine, _combine_implicit, _offset, _smooth and _remesh keep attributes as they keep springls.
@@ -193,7 +193,7 @@
 
    VOLUME LOCK
 
-   With volume_lock = 1 every step of SPRINGLS_FLUID and SPRINGLS_ELASTIC ends with each component's volume (of its marching
+   With volume_lock = 1 every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC ends with each component's volume (of its marching
    cubes surface, as springls_measure tells it, to about 1 part in 10^6) being what it was before the first step with the switch on: its
    springls and phi are moved along their normals by one small distance a component. When components merge their volumes add up; when
    one splits the parts share its volume as they divide it. A component that appears from nothing keeps the volume it appears
@@ -311,5 +311,5 @@
      section 4.8        springls_max_speed (CFL), one_to_one, springls_set_relax_mask
      section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
-     Algorithm 2, 3     springls_step, springls_run with SPRINGLS_FLUID, SPRINGLS_ELASTIC
+     Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
 */

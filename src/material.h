@@ -51,7 +51,7 @@ SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, s
 {
     springls__material_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(A)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(A)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "springl_materials: out is NULL");
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
@@ -161,8 +161,8 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     memset(&job, 0, sizeof job);
     if (ctx->original.source) {
         int *inner;
-        SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__HEIRS, (size_t)given, sizeof(int)));
-        inner = (int *)ctx->attribute_memory[SPRINGLS__HEIRS].data;
+        SPRINGLS__TRY(springls__attribute_work(ctx, SPRINGLS__MERGE_TARGETS, (size_t)given, sizeof(int)));
+        inner = (int *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
         for (i = 0; i < given; i++) inner[i] = -1;
         for (i = 0; i < ctx->original.count; i++) inner[ctx->original.source[i] / 2] = i;
         job.inner = inner;
@@ -288,7 +288,7 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
 
 /* ---- values at places ---- */
 
-SPRINGLS_API springls_status springls_lookup(const springls_material *places, int count, const float *values, int channels,
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
                                              const int *triangles, int triangle_count, float *out)
 {
     int i, k, c;

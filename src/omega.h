@@ -1,17 +1,17 @@
 /* omega.h - the unsigned level set omega (eq. 21) in every active brick: exact distance to the springls, clamped. */
 
 /* Springls near each active brick, by counting sort; ids ascend within a brick. Two passes over the same walk. */
-SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float margin)
+SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, float margin)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__cells *cells = &ctx->model.cells;
+    springls__cell_list *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
     SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_FIRST, (size_t)g->active_count + 2, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(NEAR_FIRST) | SPRINGLS__BIT(NEAR_IDS) | SPRINGLS__BIT(SCRATCH0)));
-    memset(cells->near_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
+                                    SPRINGLS__BIT(BRICK_LIST_FIRST) | SPRINGLS__BIT(BRICK_LIST_IDS) | SPRINGLS__BIT(SCRATCH0)));
+    memset(cells->brick_list_first, 0, ((size_t)g->active_count + 2) * sizeof(uint32_t));
     for (i = 0; i < g->active_count; i++) rank[g->active[i]] = i;
     for (pass = 0; pass < 2; pass++) {
         for (i = 0; i < ctx->model.set.count; i++) {
@@ -22,16 +22,16 @@ SPRINGLS__FN springls_status springls__near_build(springls_context *ctx, float m
                     for (x = lo[0]; x <= hi[0]; x++) {
                         int slot = g->top[x + g->bricks[0] * (y + g->bricks[1] * z)];
                         if (slot < SPRINGLS__FIRST_SLOT) continue;
-                        if (pass == 0) cells->near_first[rank[slot] + 2]++;
-                        else cells->near_ids[cells->near_first[rank[slot] + 1]++] = (uint32_t)i;
+                        if (pass == 0) cells->brick_list_first[rank[slot] + 2]++;
+                        else cells->brick_list_ids[cells->brick_list_first[rank[slot] + 1]++] = (uint32_t)i;
                     }
         }
         if (pass == 1) break;
         for (i = 0; i < g->active_count; i++) { /* entry i+1 becomes the start of brick i; the second pass moves it on */
-            cells->near_first[i + 2] += cells->near_first[i + 1];
+            cells->brick_list_first[i + 2] += cells->brick_list_first[i + 1];
         }
-        total = (int)cells->near_first[g->active_count + 1];
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEAR_IDS, (size_t)total + 1, 0));
+        total = (int)cells->brick_list_first[g->active_count + 1];
+        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
     }
     return SPRINGLS_OK;
 }
@@ -43,7 +43,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
-        SPRINGLS__TRY(springls__near_build(ctx, ctx->model.params.capture));
+        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture));
         springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;

@@ -12,8 +12,8 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.neighbor_radius = 0.6f; /* d_max + 2r */
     p.max_neighbors = 8;
     p.relax_iterations = 5;
-    p.threshold = SPRINGLS_H_TANH;
-    p.weight = SPRINGLS_W_LINEAR;
+    p.threshold = SPRINGLS_THRESHOLD_TANH;
+    p.weight = SPRINGLS_WEIGHT_LINEAR;
     p.torque = SPRINGLS_TORQUE_NORMALIZED;
     p.sharpness = 5.0f;
     p.kappa_int = 0.3f;
@@ -32,7 +32,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.resample_last = 0;
     p.split_edge = 1e6f;
     p.split_area = 3.0f;
-    p.placement = SPRINGLS_PLACE_COPY;
+    p.placement = SPRINGLS_PLACEMENT_COPY;
     p.band_half_width = 3.0f;
     p.capture = 2.0f;
     p.evolve_iterations = 4;
@@ -70,7 +70,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.resample_last = 1;
     p.split_edge = 2.0f;
     p.split_area = 4.0f;
-    p.placement = SPRINGLS_PLACE_QUADRATIC;
+    p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.predict = 1;
     p.project_level_set = 1;
@@ -93,8 +93,8 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(neighbor_radius, 0.05f, 4.0f);
     SPRINGLS__IN(max_neighbors, 1, SPRINGLS__MAX_NEIGHBORS);
     SPRINGLS__IN(relax_iterations, 0, 1000);
-    SPRINGLS__IN(threshold, SPRINGLS_H_LINEAR, SPRINGLS_H_TANH);
-    SPRINGLS__IN(weight, SPRINGLS_W_LINEAR, SPRINGLS_W_SPLINE_NEAR);
+    SPRINGLS__IN(threshold, SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH);
+    SPRINGLS__IN(weight, SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_SPLINE_NEAR);
     SPRINGLS__IN(torque, SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL);
     SPRINGLS__IN(sharpness, 0.0f, 1000.0f);
     SPRINGLS__IN(kappa_int, 0.0f, 100.0f);
@@ -113,7 +113,7 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(resample_period, 1, 1000000);
     SPRINGLS__IN(split_edge, 0.1f, 1e6f);
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
-    SPRINGLS__IN(placement, SPRINGLS_PLACE_COPY, SPRINGLS_PLACE_QUADRATIC);
+    SPRINGLS__IN(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC);
     SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
     SPRINGLS__IN(capture, 0.3f, 6.0f);
     SPRINGLS__IN(evolve_iterations, 0, 1000);

@@ -1,22 +1,22 @@
 /* parts.h - stages that can be left and gone on with. A stage is a function that is called part after part: it looks at
-   ctx->work.part, does that part and says by springls__then which one follows, or nothing when it is done. A part ends with at
+   ctx->work.phase, does that part and says by springls__next_phase which one follows, or nothing when it is done. A part ends with at
    most one loop over elements (springls__loop), which runs in pieces. What a part has to remember for the next one is in
    ctx->work. A stage that knows no parts is one. */
 
 /* For the end of a part: another one follows. */
-SPRINGLS__FN springls_status springls__then(springls_context *ctx, int part)
+SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int part)
 {
-    ctx->work.part = part;
-    ctx->work.more = true;
+    ctx->work.phase = part;
+    ctx->work.pending = true;
     return SPRINGLS_OK;
 }
 
 /* ... all of another stage follows. */
-SPRINGLS__FN springls_status springls__then_stage(springls_context *ctx, springls__stage_fn stage)
+SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springls__stage_fn stage)
 {
     ctx->work.stage = stage;
-    ctx->work.turn = 0;
-    return springls__then(ctx, 0);
+    ctx->work.repetition = 0;
+    return springls__next_phase(ctx, 0);
 }
 
 /* The step in progress, if any, is ended first by whatever changes the model or wants its working memory. */
@@ -89,25 +89,25 @@ SPRINGLS__FN bool springls__too_late(const springls_context *ctx, double until)
 
 /* ---- stages in parts ---- */
 
-SPRINGLS__FN void springls__begin_stage(springls_context *ctx, springls__stage_fn stage)
+SPRINGLS__FN void springls__begin_phases(springls_context *ctx, springls__stage_fn stage)
 {
     memset(&ctx->work, 0, sizeof ctx->work);
-    springls__then_stage(ctx, stage);
+    springls__next_stage(ctx, stage);
 }
 
-SPRINGLS__FN bool springls__stage_done(const springls_context *ctx) { return !ctx->work.more && !springls__in_loop(ctx); }
+SPRINGLS__FN bool springls__phases_done(const springls_context *ctx) { return !ctx->work.pending && !springls__in_loop(ctx); }
 
-SPRINGLS__FN springls_status springls__run_part(springls_context *ctx)
+SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
 {
-    ctx->work.more = false;
+    ctx->work.pending = false;
     return ctx->work.stage(ctx);
 }
 
 /* Goes on with a stage for a while; NULL: to its end. The least is one part or piece. */
-SPRINGLS__FN springls_status springls__go_on(springls_context *ctx, const double *until)
+SPRINGLS__FN springls_status springls__resume(springls_context *ctx, const double *until)
 {
-    while (!springls__stage_done(ctx)) {
-        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_part(ctx));
+    while (!springls__phases_done(ctx)) {
+        if (!springls__in_loop(ctx)) SPRINGLS__TRY(springls__run_phase(ctx));
         else if (until) springls__run_piece(ctx, *until);
         else springls__finish_loop(ctx);
         if (ctx->lost) return ctx->backend_status;
@@ -117,18 +117,18 @@ SPRINGLS__FN springls_status springls__go_on(springls_context *ctx, const double
 }
 
 /* All of a stage, which may be inside a part of another. */
-SPRINGLS__FN springls_status springls__whole(springls_context *ctx, springls__stage_fn stage)
+SPRINGLS__FN springls_status springls__run_to_completion(springls_context *ctx, springls__stage_fn stage)
 {
     const springls__work outer = ctx->work;
     springls_status status;
-    springls__begin_stage(ctx, stage);
-    status = springls__go_on(ctx, NULL);
+    springls__begin_phases(ctx, stage);
+    status = springls__resume(ctx, NULL);
     ctx->work = outer;
     return status;
 }
 
 /* Runs one stage under its clock: the body of every public stage call. */
-SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_stage stage, springls__stage_fn run)
+SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, springls_stage stage, springls__stage_fn run)
 {
     springls_status status;
     double started;
@@ -137,8 +137,8 @@ SPRINGLS__FN springls_status springls__staged(springls_context *ctx, springls_st
     started = springls__stage_begin(ctx, stage);
     springls__use_device(ctx);
     ctx->calls++;
-    status = springls__whole(ctx, run);
+    status = springls__run_to_completion(ctx, run);
     ctx->calls--;
     springls__stage_end(ctx, stage, started);
-    return springls__told(ctx, status);
+    return springls__report_device_failure(ctx, status);
 }

@@ -4,7 +4,7 @@
 
 /* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
    when it is next asked for. */
-SPRINGLS__FN void springls__settle(springls_context *ctx)
+SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
 {
     const int voxels = 3; /* from what a springl reaches to what it may have passed; it goes no further than far_value */
     const float sure = 0.5f; /* first those speak that are not next to the surface themselves */
@@ -15,7 +15,7 @@ SPRINGLS__FN void springls__settle(springls_context *ctx)
     for (i = 0; i < voxels; i++) {
         springls__job job = springls__job_of(i == voxels - 1);
         job.f[0] = i == voxels - 1 ? 0.0f : sure;
-        springls__run(ctx, SPRINGLS__KERNEL_settle, g->active_count, job);
+        springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
     springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
@@ -27,34 +27,34 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     const int sweeps = 2;
     springls__job job = springls__job_of(carry);
     float *way = &ctx->work.number;
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
-        SPRINGLS__TRY(springls__cells_cover_around(ctx));
+        SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
         SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
-        SPRINGLS__TRY(springls__way_since_phi(ctx, way));
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, way));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
         job.f[0] = *way;
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         if (carry) {
-            springls__settle(ctx);
-            springls__phi_in_step(ctx);
+            springls__resolve_sides(ctx);
+            springls__mark_phi_synced(ctx);
         }
         springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__then(ctx, 3);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, 3);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     case 2:
         springls__swap_phi(ctx);
-        return springls__then(ctx, 3);
+        return springls__next_phase(ctx, 3);
     case 3:
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 4);
+        return springls__next_phase(ctx, 4);
     default:
         springls__swap_phi(ctx);
-        if (++ctx->work.turn < sweeps) return springls__then(ctx, 3);
+        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, 3);
         return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
 }

@@ -101,7 +101,7 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
     return springls__field_query_run(ctx, points, count, out, NULL, springls__sample_gradient_task, "sample_gradient");
 }
 
-SPRINGLS_API springls_status springls_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
+SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
     return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "inside");
 }
@@ -215,7 +215,7 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
 SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
                                                        springls__tri own)
 {
-    const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].reach); /* voxels */
+    const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].bounding_radius); /* voxels */
     const springls__springl *s = ctx->model.set.s;
     springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
     springls__affine_fit fit;

@@ -23,16 +23,16 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 SPRINGLS_API int springls_count(const springls_context *ctx) { return ctx ? ctx->model.set.count : 0; }
 
 /* Brings what is about to be read; it changes nothing that anybody can see. */
-SPRINGLS__FN springls_status springls__bring(const springls_context *ctx, uint64_t reads)
+SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
 {
     springls_context *owner = (springls_context *)ctx;
-    return owner ? springls__told(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
+    return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_view springls__view(const springls_context *ctx, uint64_t array, const void *data, size_t stride)
 {
     springls_view view;
-    springls__bring(ctx, array);
+    springls__ensure_on_host(ctx, array);
     view.count = springls_count(ctx);
     view.data = view.count ? (const float *)data : NULL;
     view.stride = stride;
@@ -56,13 +56,13 @@ SPRINGLS_API springls_view springls_view_correspondences(const springls_context 
 
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx)
 {
-    springls__bring(ctx, SPRINGLS__BIT(ID));
+    springls__ensure_on_host(ctx, SPRINGLS__BIT(ID));
     return ctx ? ctx->model.set.id : NULL;
 }
 
 SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx)
 {
-    springls__bring(ctx, SPRINGLS__BIT(GENERATION));
+    springls__ensure_on_host(ctx, SPRINGLS__BIT(GENERATION));
     return ctx ? ctx->model.set.generation : NULL;
 }
 
@@ -70,7 +70,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "pack_matrix: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -90,7 +90,7 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 {
     int i, m;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(S)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
     if (!out && ctx->model.set.count) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_surfels: NULL array");
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__springl *s = &ctx->model.set.s[i];
@@ -112,7 +112,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
     const springls__grid *g;
     int x, y, z;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__bring(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "copy_level_set: NULL array");
     g = &ctx->model.grid;
     for (z = 0; z < g->size[2]; z++)

@@ -48,20 +48,20 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
 
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         springls__swap_phi(ctx);
-        if (ctx->work.turn++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
+        if (ctx->work.repetition++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     default: return SPRINGLS_OK;
     }
 }
 
 SPRINGLS_API springls_status springls_rebuild(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_REBUILD, springls__rebuild);
 }

@@ -2,19 +2,19 @@
 
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
         springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
         springls__constellation_moved(ctx);
-        return ++ctx->work.turn < ctx->model.params.relax_iterations ? springls__then(ctx, 1) : SPRINGLS_OK;
+        return ++ctx->work.repetition < ctx->model.params.relax_iterations ? springls__next_phase(ctx, 1) : SPRINGLS_OK;
     }
 }
 
@@ -28,5 +28,5 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_relax(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RELAX, springls__relax);
 }

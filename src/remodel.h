@@ -136,7 +136,7 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_sort(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
-    return springls__settle_down(ctx, false); /* phi is exact already */
+    return springls__run_until_steady(ctx, false); /* phi is exact already */
 }
 
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance)
@@ -184,7 +184,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     memset(&step, 0, sizeof step);
     forces.curvature_weight = 1.0f;
     step.forces = &forces;
-    step.mode = SPRINGLS_FLUID;
+    step.mode = SPRINGLS_MODE_FLUID;
     step.dt = duration / (float)steps;
     if (!params.volume_lock) ctx->locked_count = 0; /* what an earlier call has locked may have changed since */
     ctx->model.params.keep_edges = 0;
@@ -205,12 +205,12 @@ SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
     for (i = 0; i < most && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
-        SPRINGLS__TRY(springls__whole(ctx, springls__relax));
-        SPRINGLS__TRY(springls__whole(ctx, springls__contract_now));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__relax));
+        SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
         SPRINGLS__TRY(springls__fill_all_gaps(ctx));
     }
-    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__whole(ctx, springls__project_level_set));
-    springls__phi_in_step(ctx);
+    if (ctx->model.params.project_level_set) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__project_level_set));
+    springls__mark_phi_synced(ctx);
     return SPRINGLS_OK;
 }
 

@@ -10,7 +10,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
     ctx->stats.refused += wanted - splits;
     if (splits == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__scratch(ctx, 2, 2 * (size_t)splits, sizeof(springls__half), NULL));
-    SPRINGLS__TRY(springls__cells_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__constellation_reserve(ctx, count + splits));
     SPRINGLS__TRY(springls__attributes_before_split(ctx, splits));
     springls__run(ctx, SPRINGLS__KERNEL_split, count, springls__job_of(splits));
@@ -24,5 +24,5 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_resample(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_RESAMPLE, springls__resample);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_RESAMPLE, springls__resample);
 }

@@ -7,7 +7,7 @@ SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
 #undef SPRINGLS__BRICK_RANGE_OF
 
-static const springls__kernel_facts springls__kernels[] = {
+static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
@@ -33,7 +33,7 @@ SPRINGLS__FN bool springls__ran_on_device(springls_context *ctx, springls__kerne
 {
     if (!ctx->on_device) return false;
     if (springls__run_on_device(ctx, kernel, count, job) == SPRINGLS_OK) return true;
-    springls__leave_backend(ctx);
+    springls__fall_back_to_host(ctx);
     return false;
 }
 
@@ -65,7 +65,7 @@ SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array
     int i, n = 0;
     if (ctx->on_device) {
         if (ctx->backend->count_of(ctx, (int)array, count, value, &n) == SPRINGLS_OK) return n;
-        springls__leave_backend(ctx);
+        springls__fall_back_to_host(ctx);
     }
     if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
     flags = (const uint8_t *)ctx->memory[array].data;
@@ -81,7 +81,7 @@ SPRINGLS__FN float springls__largest(springls_context *ctx, int scratch, int cou
     int i;
     if (ctx->on_device) {
         if (ctx->backend->largest(ctx, scratch, count, &largest) == SPRINGLS_OK) return largest;
-        springls__leave_backend(ctx);
+        springls__fall_back_to_host(ctx);
     }
     if (springls__to_host(ctx, SPRINGLS__BIT(SCRATCH0) << scratch, 0) != SPRINGLS_OK) return 0.0f;
     values = (const float *)ctx->model.scratch[scratch];

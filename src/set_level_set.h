@@ -10,7 +10,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
 /* Empty model, empty grid. */
 SPRINGLS__FN void springls__clear_model(springls_context *ctx)
 {
-    springls__drop_step(ctx);
+    springls__abandon_step(ctx);
     ctx->model.set.count = ctx->model.set.at_edges = 0;
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
@@ -329,7 +329,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     springls__clear_model(ctx);
     status = springls__set_from_distance(ctx, springls__implicit_distance, &job);
     if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
-        status = springls__whole(ctx, springls__rebuild);
+        status = springls__run_to_completion(ctx, springls__rebuild);
         springls__redistance_sweeps(ctx, 8);
     }
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
@@ -445,10 +445,10 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
         s.p = particles ? springls__v3_make(particles[3 * i], particles[3 * i + 1], particles[3 * i + 2]) : springls__tri_centroid(springls__springl_tri(s));
         springls__constellation_append(ctx, &s, s.p, 0, 0);
     }
-    if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__unsigned_to_signed);
+    if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__unsigned_to_signed);
     for (i = 0; i < 4 && status == SPRINGLS_OK; i++) {
-        status = springls__whole(ctx, springls__evolve);
-        if (status == SPRINGLS_OK) status = springls__whole(ctx, springls__rebuild);
+        status = springls__run_to_completion(ctx, springls__evolve);
+        if (status == SPRINGLS_OK) status = springls__run_to_completion(ctx, springls__rebuild);
     }
     if (status == SPRINGLS_OK) status = springls__adopt_reference(ctx);
     for (i = 0; i < count && status == SPRINGLS_OK && correspondences; i++)

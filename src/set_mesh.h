@@ -406,7 +406,7 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     distance.balanced = balanced;
     distance.band = ctx->model.params.band_half_width + 1.0f;
     SPRINGLS__TRY(springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance));
-    if (!balanced) SPRINGLS__TRY(springls__whole(ctx, springls__rebuild));
+    if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__adopt_reference(ctx));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->original.source_memory, (size_t)m->count, sizeof(int), 0));
@@ -414,9 +414,9 @@ SPRINGLS__FN springls_status springls__mesh_adopt(springls_context *ctx, springl
     ctx->original.given = given;
     for (t = 0; t < m->count; t++) ctx->original.source[t] = 2 * m->triangle[t] + m->turn[t];
     if (balanced) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__find_bare(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
+    SPRINGLS__TRY(springls__find_exposed(ctx, ctx->model.params.d_max, ctx->model.params.d_max));
     springls__finish_loop(ctx);
-    SPRINGLS__TRY(springls__cover(ctx));
+    SPRINGLS__TRY(springls__fill_exposed(ctx));
     springls__constellation_changed(ctx);
     return SPRINGLS_OK;
 }

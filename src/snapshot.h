@@ -33,7 +33,7 @@ typedef struct springls__snapshot_state {
 /* The arrays, in their order. What else a springl is to carry belongs to the first of them (SPRINGLS__ARRAYS) or to VALUES. */
 typedef enum springls__section {
     SPRINGLS__SECTION_SET, /* the constellation: one section each of its arrays */
-    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_WAS + 1,
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__ARRAY_SYNCED_POSITION + 1,
     SPRINGLS__SECTION_SIDES,       /* of all bricks, a bit each: constant and inside */
     SPRINGLS__SECTION_BRICKS,      /* numbers of the others */
     SPRINGLS__SECTION_PHI,
@@ -354,7 +354,7 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls__snapshot_state *s,
                                         const springls__layout *layout, const char *block)
 {
-    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(WAS);
+    static const uint64_t floats = SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(PHI_AT) | SPRINGLS__BIT(SYNCED_POSITION);
     static const uint64_t flags = SPRINGLS__BIT(MASK) | SPRINGLS__BIT(EDGE);
     bool good = true;
     int i;
@@ -364,7 +364,7 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
         if (i < SPRINGLS__SECTION_NEIGHBORS) {
             if (floats >> i & 1u) good = good && springls__all_finite(data, bytes);
             if (flags >> i & 1u) good = good && springls__all_flags(data, bytes);
-            if (i == SPRINGLS__ARRAY_PART && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
+            if (i == SPRINGLS__ARRAY_COMPONENT && s->locked > 0) good = good && springls__all_between(data, bytes, -1, s->locked - 1);
         } else if (i == SPRINGLS__SECTION_NEIGHBORS) good = good && springls__all_between(data, bytes, -1, 3 * s->count - 1);
         else if (i == SPRINGLS__SECTION_BRICKS)
             good =
@@ -377,7 +377,7 @@ SPRINGLS__FN bool springls__arrays_good(const springls__grid *g, const springls_
             good = good
                 && springls__all_between(data, bytes, 0, s->given <= INT32_MAX / 2 ? 2 * s->given - 1 : INT32_MAX);
         else if (i >= SPRINGLS__SECTION_VALUES && i < SPRINGLS__SECTION_REFERENCE_SIDES)
-            continue; /* attributes: sums of SPRINGLS_SHARE may have left the floats, and nothing is decided by them */
+            continue; /* attributes: sums of SPRINGLS_POLICY_SHARE may have left the floats, and nothing is decided by them */
         else if (i != SPRINGLS__SECTION_SIDES && i != SPRINGLS__SECTION_REFERENCE_SIDES
                  && i != SPRINGLS__SECTION_LOCKED)
             good = good && springls__all_finite(data, bytes);
@@ -532,8 +532,8 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
     SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s));
-    springls__drop_step(ctx);
-    springls__host_anew(ctx);
+    springls__abandon_step(ctx);
+    springls__discard_device_copies(ctx);
     ctx->model.params = s.params;
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &layout, (const char *)block);

@@ -24,7 +24,7 @@ SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage 
 SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stage, double started)
 {
     double seconds;
-    if (ctx->on_device && ctx->backend->timed && ctx->backend->finish(ctx) != SPRINGLS_OK) springls__leave_backend(ctx);
+    if (ctx->on_device && ctx->backend->timed && ctx->backend->finish(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
     seconds = springls__now(ctx) - started;
     ctx->stats.seconds[stage] += seconds;
     if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);

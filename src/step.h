@@ -48,7 +48,7 @@ SPRINGLS__FN bool springls__projects(const springls_context *ctx)
 
 /* ---- what is done between stages ---- */
 
-enum { SPRINGLS__MOST_PARTS = 10000 };
+enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
 
 /* The rest of a step is cut into parts as equal as the force allows. */
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
@@ -60,9 +60,9 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
         if (ctx->time + (double)dt == ctx->time)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
                                   (double)dt);
-        if (step->parts++ == SPRINGLS__MOST_PARTS)
+        if (step->parts++ == SPRINGLS__MAX_SUBSTEPS)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
-                                  SPRINGLS__MOST_PARTS);
+                                  SPRINGLS__MAX_SUBSTEPS);
     }
     if (!ctx->model.params.volume_lock) {
         ctx->locked_count = 0;
@@ -75,22 +75,22 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 }
 
 /* Springls have moved. */
-SPRINGLS__FN springls_status springls__substep_counts(springls_context *ctx)
+SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
     ctx->iteration++;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
-    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_ELASTIC;
+    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
 }
 
 /* Springls may have come too far for phi to be carried along. */
-SPRINGLS__FN springls_status springls__measure_way(springls_context *ctx)
+SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float way;
-    SPRINGLS__TRY(springls__way_since_phi(ctx, &way));
+    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
     ctx->step.afresh = ctx->model.params.predict && way > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
@@ -121,7 +121,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
     { SPRINGLS_STAGE_VOLUME_LOCK, springls__lock_is_new, springls__volume_lock }
 #define SPRINGLS__MOVE                                                           \
     { SPRINGLS_STAGE_ADVECT, NULL, springls__advect },                           \
-    { -1, NULL, springls__substep_counts }
+    { -1, NULL, springls__substep_advanced }
 /* The level set catches up with the springls. */
 #define SPRINGLS__FOLLOW                                                         \
     { -1, NULL, springls__follow_begin },                                        \
@@ -135,7 +135,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
     { SPRINGLS_STAGE_VOLUME_LOCK, springls__locks_volume, springls__volume_lock }, \
     { -1, NULL, springls__substep_end }
 
-static const springls__row springls__fluid[] = { /* Algorithm 2 */
+static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__BEGIN,
     { -1, springls__wants_phi_before, springls__sample_phi },
     SPRINGLS__MOVE,
@@ -143,7 +143,7 @@ static const springls__row springls__fluid[] = { /* Algorithm 2 */
     { SPRINGLS_STAGE_CONTRACT, springls__resamples_first, springls__contract },
     { SPRINGLS_STAGE_RESAMPLE, springls__resamples_first, springls__resample },
     { SPRINGLS_STAGE_RELAX, springls__resamples_first, springls__relax },
-    { -1, NULL, springls__measure_way },
+    { -1, NULL, springls__check_displacement },
     { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__starts_afresh, springls__unsigned_to_signed },
     SPRINGLS__FOLLOW,
     { -1, springls__resamples, springls__orient },
@@ -153,7 +153,7 @@ static const springls__row springls__fluid[] = { /* Algorithm 2 */
     SPRINGLS__END
 };
 
-static const springls__row springls__elastic[] = { /* Algorithm 3 */
+static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__BEGIN,
     SPRINGLS__MOVE,
     { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, NULL, springls__unsigned_to_signed },
@@ -165,7 +165,7 @@ static const springls__row springls__elastic[] = { /* Algorithm 3 */
     SPRINGLS__END
 };
 
-static const springls__row springls__advect_only[] = {
+static const springls__step_entry springls__advect_only[] = {
     SPRINGLS__BEGIN,
     SPRINGLS__MOVE,
     { -1, NULL, springls__substep_end }
@@ -176,10 +176,10 @@ static const springls__row springls__advect_only[] = {
 #undef SPRINGLS__FOLLOW
 #undef SPRINGLS__END
 
-SPRINGLS__FN void springls__first_row(springls_context *ctx)
+SPRINGLS__FN void springls__first_entry(springls_context *ctx)
 {
-    ctx->step.row = ctx->step.desc.mode == SPRINGLS_FLUID     ? springls__fluid
-                    : ctx->step.desc.mode == SPRINGLS_ELASTIC ? springls__elastic
+    ctx->step.row = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
+                    : ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC ? springls__elastic
                                                               : springls__advect_only;
 }
 
@@ -196,7 +196,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
     step->left = (float)(step->end - ctx->time);
     step->part = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
     if (step->left > 1e-6f * step->desc.dt) {
-        springls__first_row(ctx);
+        springls__first_entry(ctx);
         return SPRINGLS_OK;
     }
     ctx->time = step->end;
@@ -212,82 +212,82 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
     step->left = 0.0f;
     step->part = desc->dt;
-    springls__first_row(ctx);
+    springls__first_entry(ctx);
     if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->part = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
     }
-    if (!(speed * desc->dt <= (float)SPRINGLS__MOST_PARTS * limit))
+    if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
-                              SPRINGLS__MOST_PARTS);
+                              SPRINGLS__MAX_SUBSTEPS);
     step->left = desc->dt;
     step->end = ctx->time + (double)desc->dt;
     step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
     return SPRINGLS_OK;
 }
 
-static const springls__row springls__plan[] = { { -1, NULL, springls__plan_step } };
+static const springls__step_entry springls__plan[] = { { -1, NULL, springls__plan_step } };
 
 /* ---- from row to row ---- */
 
 /* The next row that is wanted begins. */
-SPRINGLS__FN void springls__row_begin(springls_context *ctx)
+SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
     while (step->row->when && !step->row->when(ctx)) step->row++;
     step->stage = step->row->stage;
     step->seconds = 0.0;
     if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
-    springls__begin_stage(ctx, step->row->run);
+    springls__begin_phases(ctx, step->row->run);
     step->row++;
 }
 
-SPRINGLS__FN void springls__row_end(springls_context *ctx, double started)
+SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 {
     if (ctx->step.stage >= 0) springls__stage_end(ctx, (springls_stage)ctx->step.stage, started);
     ctx->step.stage = -1;
 }
 
 /* Goes on with the stage at work. Its clock stands still while nobody does. */
-SPRINGLS__FN springls_status springls__row_go_on(springls_context *ctx, const double *until)
+SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
     double started = springls__now(ctx) - step->seconds;
     springls_status status;
     springls__use_device(ctx);
-    status = springls__go_on(ctx, until);
-    if (status == SPRINGLS_OK && !springls__stage_done(ctx)) step->seconds = springls__now(ctx) - started;
-    else springls__row_end(ctx, started);
+    status = springls__resume(ctx, until);
+    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->seconds = springls__now(ctx) - started;
+    else springls__entry_end(ctx, started);
     return status;
 }
 
 /* What is in progress is left as it is. */
-SPRINGLS__FN void springls__drop_step(springls_context *ctx)
+SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
-    if (ctx->step.active) springls__row_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.seconds);
     ctx->step.active = false;
     memset(&ctx->work, 0, sizeof ctx->work);
 }
 
 /* Goes on with the step in progress for a while; NULL: to its end. */
-SPRINGLS__FN springls_status springls__step_go_on(springls_context *ctx, const double *until)
+SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const double *until)
 {
     springls_status status = SPRINGLS_OK;
     if (!ctx->step.active) return SPRINGLS_OK;
     ctx->calls++;
     do {
-        if (springls__stage_done(ctx)) springls__row_begin(ctx);
-        status = springls__row_go_on(ctx, until);
+        if (springls__phases_done(ctx)) springls__entry_begin(ctx);
+        status = springls__resume_entry(ctx, until);
     } while (status == SPRINGLS_OK && ctx->step.active && !(until && springls__too_late(ctx, *until)));
     ctx->calls--;
     if (status == SPRINGLS_OK && ctx->step.active) return SPRINGLS_OK;
-    springls__drop_step(ctx);
-    return springls__told(ctx, status);
+    springls__abandon_step(ctx);
+    return springls__report_device_failure(ctx, status);
 }
 
-SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__step_go_on(ctx, NULL); }
+SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
 {
@@ -299,10 +299,10 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
                               "step: forces is NULL, or dt or max_displacement is negative or not finite");
     if (step->max_displacement > 0.0f && step->max_displacement < 1e-3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is below a thousandth of a voxel");
-    if (step->mode != SPRINGLS_FLUID && step->mode != SPRINGLS_ELASTIC && step->mode != SPRINGLS_ADVECT_ONLY)
+    if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
-    springls__drop_step(ctx);
+    springls__abandon_step(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     ctx->step.forces = *step->forces;
@@ -322,7 +322,7 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
                               "step_continue: done is NULL, or seconds is negative or not a number");
     until = springls__now(ctx) + seconds;
-    status = springls__step_go_on(ctx, &until);
+    status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
     return status;
 }

@@ -6,6 +6,6 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 {
     int colour;
     for (; passes > 0; passes--)
-        for (colour = 0; colour < 8; colour++) springls__run(ctx, SPRINGLS__KERNEL_colour, ctx->model.grid.active_count, springls__job_of(colour));
-    springls__run(ctx, SPRINGLS__KERNEL_hold, ctx->model.grid.active_count, springls__no_job());
+        for (colour = 0; colour < 8; colour++) springls__run(ctx, SPRINGLS__KERNEL_commit_simple_color, ctx->model.grid.active_count, springls__job_of(colour));
+    springls__run(ctx, SPRINGLS__KERNEL_revert_unsimple, ctx->model.grid.active_count, springls__no_job());
 }

@@ -8,5 +8,5 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 
 SPRINGLS_API springls_status springls_track(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_TRACK, springls__track);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_TRACK, springls__track);
 }

@@ -90,7 +90,7 @@ SPRINGLS__FN bool springls__uncounted(const springls__region *r, int64_t v)
     return springls__unsettled(&r->ctx->model, (size_t)v) && r->ctx->model.grid.phi[v] != springls__counted;
 }
 
-SPRINGLS__FN void springls__region_reach(springls__region *r, int x, int y, int z)
+SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int z)
 {
     springls__grid *g = &r->ctx->model.grid;
     int slot;
@@ -128,11 +128,11 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
                 to[axis] = at[axis] + (d & 1 ? n : -1);
                 to[(axis + 1) % 3] = at[(axis + 1) % 3] + i;
                 to[(axis + 2) % 3] = at[(axis + 2) % 3] + j;
-                springls__region_reach(r, to[0], to[1], to[2]);
+                springls__region_visit(r, to[0], to[1], to[2]);
             }
 }
 
-SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
+SPRINGLS__FN void springls__region_resolve(springls__region *r, int64_t first)
 {
     springls__grid *g = &r->ctx->model.grid;
     int64_t i;
@@ -148,7 +148,7 @@ SPRINGLS__FN void springls__region_settle(springls__region *r, int64_t first)
 }
 
 /* Regions one after the other, each flooded from its first voxel. */
-SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
+SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
@@ -164,7 +164,7 @@ SPRINGLS__FN springls_status springls__settle_regions(springls_context *ctx)
     region.member = (int64_t *)memory;
     for (v = 0; v < voxels; v++) {
         int64_t first = springls__active_voxel(g, v);
-        if (springls__uncounted(&region, first)) springls__region_settle(&region, first);
+        if (springls__uncounted(&region, first)) springls__region_resolve(&region, first);
     }
     return SPRINGLS_OK;
 }
@@ -173,34 +173,34 @@ SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     const bool project = ctx->model.params.project_level_set != 0;
-    switch (ctx->work.part) {
+    switch (ctx->work.phase) {
     case 0:
         if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__then(ctx, 1);
+        return springls__next_phase(ctx, 1);
     case 1:
         SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__then(ctx, 2);
+        return springls__next_phase(ctx, 2);
     case 2:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__then(ctx, 3);
+        return springls__next_phase(ctx, 3);
     case 3:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
         SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__then(ctx, 4);
+        return springls__next_phase(ctx, 4);
     case 4:
         if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
-        return springls__then(ctx, 5);
+        return springls__next_phase(ctx, 5);
     default:
-        if (project) SPRINGLS__TRY(springls__settle_regions(ctx));
+        if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
-        springls__phi_in_step(ctx);
-        return springls__then_stage(ctx, springls__rebuild);
+        springls__mark_phi_synced(ctx);
+        return springls__next_stage(ctx, springls__rebuild);
     }
 }
 
 SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx)
 {
-    return springls__staged(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
+    return springls__run_stage_call(ctx, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__unsigned_to_signed);
 }

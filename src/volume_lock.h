@@ -5,24 +5,24 @@
    Off by default, and in double precision, which not every device has: with a backend too it runs here, on the host's copy. */
 
 /* A component now. */
-typedef struct springls__part {
+typedef struct springls__volume_component {
     double volume, area;
     float offset, moved;
     int32_t kin;
     bool speck;
-} springls__part; /* moved: offsets in all */
+} springls__volume_component; /* moved: offsets in all */
 
-typedef struct springls__parts {
-    springls__part *part;
+typedef struct springls__volume_components {
+    springls__volume_component *part;
     int count;
     int32_t *rank;          /* slot -> place in `active`                                                        */
     int32_t *parent;        /* forest of the voxels of active bricks, 512 a place, and then of all bricks       */
     int32_t *label;         /* component of a voxel of active bricks, or -1: too far outside                    */
     int32_t voxels;         /* nodes that are voxels                                                            */
-} springls__parts;
+} springls__volume_components;
 
 /* The node of an inside voxel: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__part_node(const springls__grid *g, const springls__parts *parts, int x, int y, int z)
+SPRINGLS__FN int32_t springls__component_node(const springls__grid *g, const springls__volume_components *parts, int x, int y, int z)
 {
     int slot = springls__slot_at(g, x, y, z);
     if (slot < SPRINGLS__FIRST_SLOT) return parts->voxels + springls__brick_at(g, x, y, z);
@@ -35,7 +35,7 @@ SPRINGLS__FN bool springls__is_inside(const springls__grid *g, int x, int y, int
 }
 
 /* The lower root stays one. */
-SPRINGLS__FN void springls__part_join(springls__parts *parts, int32_t a, int32_t b)
+SPRINGLS__FN void springls__component_join(springls__volume_components *parts, int32_t a, int32_t b)
 {
     a = springls__find_root(parts->parent, a);
     b = springls__find_root(parts->parent, b);
@@ -51,7 +51,7 @@ SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
     out[2] = z + (d == 5) - (d == 4);
 }
 
-SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts *parts)
+SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__volume_components *parts)
 {
     int i, v, d, o[3], to[3], brick, bricks = g->bricks[0] * g->bricks[1] * g->bricks[2];
     for (i = 0; i < g->active_count; i++) {
@@ -62,8 +62,8 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts 
             for (d = 0; d < 6; d++) {
                 springls__voxel_beside(x, y, z, d, to);
                 if (springls__is_inside(g, to[0], to[1], to[2]))
-                    springls__part_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
-                                        springls__part_node(g, parts, to[0], to[1], to[2]));
+                    springls__component_join(parts, i * SPRINGLS__BRICK_VOXELS + v,
+                                        springls__component_node(g, parts, to[0], to[1], to[2]));
             }
         }
     }
@@ -75,15 +75,15 @@ SPRINGLS__FN void springls__join_faces(const springls__grid *g, springls__parts 
             springls__voxel_beside(x, y, z, d, to);
             if (to[0] == g->bricks[0] || to[1] == g->bricks[1] || to[2] == g->bricks[2]) continue;
             beside = to[0] + g->bricks[0] * (to[1] + g->bricks[1] * to[2]);
-            if (g->top[beside] == SPRINGLS__INSIDE) springls__part_join(parts, parts->voxels + brick, parts->voxels + beside);
+            if (g->top[beside] == SPRINGLS__INSIDE) springls__component_join(parts, parts->voxels + brick, parts->voxels + beside);
         }
     }
 }
 
-typedef void (*springls__part_triangle)(springls__parts *parts, springls__tri t, const int32_t nodes[3]);
+typedef void (*springls__component_triangle)(springls__volume_components *parts, springls__tri t, const int32_t nodes[3]);
 
 /* Marching cubes: every triangle with the nodes inside the three edges that it hangs on. */
-SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__parts *parts, springls__part_triangle visit)
+SPRINGLS__FN void springls__component_triangles(const springls__grid *g, springls__volume_components *parts, springls__component_triangle visit)
 {
     float tile[SPRINGLS__TILE_VOXELS];
     int32_t nodes[3];
@@ -100,7 +100,7 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
                         for (m = 0; m < 3; m++) {
                             int edge = springls__mc_edge(mask, k, m), c = springls__mc_edge_corner(edge);
                             if (!springls__mc_inside(cell.phi[c])) c |= 1 << springls__mc_edge_axis(edge);
-                            nodes[m] = springls__part_node(g, parts, range.origin[0] + x + (c & 1),
+                            nodes[m] = springls__component_node(g, parts, range.origin[0] + x + (c & 1),
                                                            range.origin[1] + y + (c >> 1 & 1), range.origin[2] + z + (c >> 2));
                         }
                         visit(parts, springls__cube_triangle(&range, cell, mask, x, y, z, k), nodes);
@@ -109,18 +109,18 @@ SPRINGLS__FN void springls__part_triangles(const springls__grid *g, springls__pa
     }
 }
 
-SPRINGLS__FN void springls__join_triangle(springls__parts *parts, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__join_triangle(springls__volume_components *parts, springls__tri t, const int32_t nodes[3])
 {
     (void)t;
-    springls__part_join(parts, nodes[0], nodes[1]);
-    springls__part_join(parts, nodes[0], nodes[2]);
+    springls__component_join(parts, nodes[0], nodes[1]);
+    springls__component_join(parts, nodes[0], nodes[2]);
 }
 
 /* Area, and the volume under the triangle, for the component that it bounds. */
-SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__tri t, const int32_t nodes[3])
+SPRINGLS__FN void springls__measure_triangle(springls__volume_components *parts, springls__tri t, const int32_t nodes[3])
 {
     springls__v3 area2 = springls__tri_area2(t);
-    springls__part *part;
+    springls__volume_component *part;
     int32_t label = nodes[0] < parts->voxels ? parts->label[nodes[0]] : -1;
     if (label < 0) return;
     part = &parts->part[label];
@@ -129,15 +129,15 @@ SPRINGLS__FN void springls__measure_triangle(springls__parts *parts, springls__t
                     * (1.0 / 6.0);
 }
 
-SPRINGLS__FN void springls__measure_parts(const springls__grid *g, springls__parts *parts)
+SPRINGLS__FN void springls__measure_components(const springls__grid *g, springls__volume_components *parts)
 {
     int i;
     for (i = 0; i < parts->count; i++) parts->part[i].volume = parts->part[i].area = 0.0;
-    springls__part_triangles(g, parts, springls__measure_triangle);
+    springls__component_triangles(g, parts, springls__measure_triangle);
 }
 
 /* An outside voxel belongs to the component that the way down phi leads to. -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__parts *parts, int x, int y, int z)
+SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const springls__volume_components *parts, int x, int y, int z)
 {
     const int longest = 32; /* voxels: more than any band is wide */
     int step, d, to[3];
@@ -145,7 +145,7 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
         float least = springls__grid_voxel(g, g->phi, x, y, z);
         int best = -1;
         if (least < 0.0f) {
-            int32_t node = springls__part_node(g, parts, x, y, z);
+            int32_t node = springls__component_node(g, parts, x, y, z);
             return node < parts->voxels ? parts->label[node] : -1;
         }
         for (d = 0; d < 6; d++) {
@@ -167,7 +167,7 @@ SPRINGLS__FN int32_t springls__label_outside(const springls__grid *g, const spri
 }
 
 /* Components in the order of their first voxel. */
-SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springls__parts *parts)
+SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, springls__volume_components *parts)
 {
     const springls__grid *g = &ctx->model.grid;
     int64_t bricks = (int64_t)g->bricks[0] * g->bricks[1] * g->bricks[2],
@@ -182,7 +182,7 @@ SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springl
     for (i = 0; i < g->active_count; i++) parts->rank[g->active[i]] = i;
     for (i = 0; i < (int32_t)nodes; i++) parts->parent[i] = i;
     springls__join_faces(g, parts);
-    springls__part_triangles(g, parts, springls__join_triangle);
+    springls__component_triangles(g, parts, springls__join_triangle);
     parts->count = 0;
     for (i = 0; i < parts->voxels; i++) parts->label[i] = -1;
     for (i = 0; i < g->active_count; i++) { /* a component has a surface, so its first voxel that is active tells */
@@ -204,12 +204,12 @@ SPRINGLS__FN springls_status springls__find_parts(springls_context *ctx, springl
                 parts->label[i * SPRINGLS__BRICK_VOXELS + v] = springls__label_outside(g, parts, x, y, z);
         }
     }
-    springls__measure_parts(g, parts);
+    springls__measure_components(g, parts);
     return SPRINGLS_OK;
 }
 
 /* The component of a springl: that of the deepest labelled voxel of the eight about its particle. */
-SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const springls__parts *parts, springls__v3 p)
+SPRINGLS__FN int32_t springls__component_of_springl(const springls__grid *g, const springls__volume_components *parts, springls__v3 p)
 {
     int i, j, k, c;
     int32_t label = -1;
@@ -224,7 +224,7 @@ SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const sp
         if (!springls__grid_contains(g, x, y, z)) continue;
         slot = springls__slot_at(g, x, y, z);
         if (slot < SPRINGLS__FIRST_SLOT) continue;
-        here = parts->label[springls__part_node(g, parts, x, y, z)];
+        here = parts->label[springls__component_node(g, parts, x, y, z)];
         phi = springls__grid_voxel(g, g->phi, x, y, z);
         if (here < 0 || phi >= least) continue;
         least = phi;
@@ -236,17 +236,17 @@ SPRINGLS__FN int32_t springls__part_of_springl(const springls__grid *g, const sp
 /* ---- what a volume should be ---- */
 
 /* What is known before and what there is now, as nodes of one forest: components before come first. */
-typedef struct springls__kin { double target, volume, area; int64_t votes; } springls__kin; /* of a root: of all its tree */
+typedef struct springls__component_link { double target, volume, area; int64_t votes; } springls__component_link; /* of a root: of all its tree */
 
-typedef struct springls__kinship {
-    springls__kin *kin;
+typedef struct springls__component_links {
+    springls__component_link *kin;
     int32_t *parent;
     uint64_t *votes;
     size_t vote_count;
     int before;
-} springls__kinship;
+} springls__component_links;
 
-SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN springls_status springls__component_links_begin(springls_context *ctx, const springls__volume_components *parts, springls__component_links *k)
 {
     const double *known = (const double *)ctx->locked_memory.data;
     size_t nodes;
@@ -267,12 +267,12 @@ SPRINGLS__FN springls_status springls__kinship_begin(springls_context *ctx, cons
 }
 
 /* Every springl votes for a tie between the component it was part of and the one it is part of now. */
-SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__volume_components *parts, springls__component_links *k)
 {
     int i;
     for (i = 0; i < ctx->model.set.count; i++) {
-        int32_t was = ctx->model.set.part[i], is = springls__part_of_springl(&ctx->model.grid, parts, ctx->model.set.s[i].p);
-        ctx->model.set.part[i] = is;
+        int32_t was = ctx->model.set.component[i], is = springls__component_of_springl(&ctx->model.grid, parts, ctx->model.set.s[i].p);
+        ctx->model.set.component[i] = is;
         if (was < 0 || is < 0) continue;
         k->kin[was].votes++;
         k->kin[k->before + is].votes++;
@@ -281,7 +281,7 @@ SPRINGLS__FN void springls__vote(springls_context *ctx, const springls__parts *p
     springls__sort_keys(k->votes, k->vote_count);
 }
 
-SPRINGLS__FN void springls__make_kin(springls__kinship *k, int32_t a, int32_t b)
+SPRINGLS__FN void springls__vote_for_links(springls__component_links *k, int32_t a, int32_t b)
 {
     a = springls__find_root(k->parent, a);
     b = springls__find_root(k->parent, b);
@@ -290,7 +290,7 @@ SPRINGLS__FN void springls__make_kin(springls__kinship *k, int32_t a, int32_t b)
 }
 
 /* Ties with a tenth of either one's votes count: where two components come close, single springls may be mistaken. */
-SPRINGLS__FN void springls__tie(springls__kinship *k)
+SPRINGLS__FN void springls__tie(springls__component_links *k)
 {
     size_t i = 0, first;
     while (i < k->vote_count) {
@@ -298,25 +298,25 @@ SPRINGLS__FN void springls__tie(springls__kinship *k)
         int64_t votes;
         for (first = i; i < k->vote_count && k->votes[i] == k->votes[first]; i++) continue;
         votes = 10 * (int64_t)(i - first);
-        if (votes >= k->kin[was].votes || votes >= k->kin[is].votes) springls__make_kin(k, was, is);
+        if (votes >= k->kin[was].votes || votes >= k->kin[is].votes) springls__vote_for_links(k, was, is);
     }
 }
 
 /* A part of a few voxels has no surface to speak of, and an offset would join it to anything: it belongs to the largest. */
 SPRINGLS__FN bool springls__is_speck(double volume) { return volume < 10.0; }
 
-SPRINGLS__FN void springls__tie_specks(const springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__tie_specks(const springls__volume_components *parts, springls__component_links *k)
 {
     int i, largest = 0;
     for (i = 1; i < parts->count; i++)
         if (parts->part[i].volume > parts->part[largest].volume) largest = i;
     for (i = 0; i < k->before + parts->count && parts->count > 0; i++)
         if (springls__is_speck(i < k->before ? k->kin[i].target : k->kin[i].volume))
-            springls__make_kin(k, i, k->before + largest);
+            springls__vote_for_links(k, i, k->before + largest);
 }
 
 /* Kin have together what they had before. Who has no kin is to have what there is. */
-SPRINGLS__FN void springls__inherit(springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__inherit(springls__volume_components *parts, springls__component_links *k)
 {
     int i, nodes = k->before + parts->count;
     for (i = 0; i < nodes; i++) {
@@ -326,20 +326,20 @@ SPRINGLS__FN void springls__inherit(springls__parts *parts, springls__kinship *k
         k->kin[root].volume += k->kin[i].volume;
     }
     for (i = 0; i < parts->count; i++) {
-        springls__kin *all = &k->kin[parts->part[i].kin = springls__find_root(k->parent, k->before + i)];
+        springls__component_link *all = &k->kin[parts->part[i].kin = springls__find_root(k->parent, k->before + i)];
         if (!(all->target > 0.0)) all->target = all->volume;
     }
 }
 
 /* Remembers what every component is to have: of several kin, by the volumes they have now. */
-SPRINGLS__FN springls_status springls__lock_parts(springls_context *ctx, const springls__parts *parts, const springls__kinship *k)
+SPRINGLS__FN springls_status springls__lock_components(springls_context *ctx, const springls__volume_components *parts, const springls__component_links *k)
 {
     double *known;
     int i;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->locked_memory, (size_t)parts->count + 1, sizeof *known, 0));
     known = (double *)ctx->locked_memory.data;
     for (i = 0; i < parts->count; i++) {
-        const springls__kin *all = &k->kin[parts->part[i].kin];
+        const springls__component_link *all = &k->kin[parts->part[i].kin];
         known[i] = all->volume > 0.0 ? all->target * (parts->part[i].volume / all->volume) : 0.0;
     }
     ctx->locked_count = parts->count;
@@ -348,7 +348,7 @@ SPRINGLS__FN springls_status springls__lock_parts(springls_context *ctx, const s
 
 /* ---- the offset ---- */
 
-typedef struct springls__offset_job { springls_context *ctx; const springls__parts *parts; } springls__offset_job;
+typedef struct springls__offset_job { springls_context *ctx; const springls__volume_components *parts; } springls__offset_job;
 
 /* phi_next: phi less its component's offset, where it is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
@@ -376,35 +376,35 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         springls__springl *s = &ctx->model.set.s[begin];
         springls__v3 by;
-        if (ctx->model.set.part[begin] < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->parts->part[ctx->model.set.part[begin]].offset);
+        if (ctx->model.set.component[begin] < 0) continue;
+        by = springls__scale(springls__springl_normal(*s), job->parts->part[ctx->model.set.component[begin]].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
     }
 }
 
-SPRINGLS__FN void springls__sum_kin(const springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__sum_linked(const springls__volume_components *parts, springls__component_links *k)
 {
     int i;
     for (i = 0; i < parts->count; i++) k->kin[parts->part[i].kin].volume = k->kin[parts->part[i].kin].area = 0.0;
     for (i = 0; i < parts->count; i++) {
-        springls__kin *all = &k->kin[parts->part[i].kin];
+        springls__component_link *all = &k->kin[parts->part[i].kin];
         all->volume += parts->part[i].volume;
         if (!parts->part[i].speck) all->area += parts->part[i].area;
     }
 }
 
 /* Newton's method: a surface of area A that moves out by d gains d A. False when no component has to move. */
-SPRINGLS__FN bool springls__choose_offsets(springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN bool springls__choose_offsets(springls__volume_components *parts, springls__component_links *k)
 {
     const double close = 1e-7, longest = 0.25; /* of the volume; voxels, at once */
     bool any = false;
     int i;
-    springls__sum_kin(parts, k);
+    springls__sum_linked(parts, k);
     for (i = 0; i < parts->count; i++) {
-        springls__part *part = &parts->part[i];
-        const springls__kin *all = &k->kin[part->kin];
+        springls__volume_component *part = &parts->part[i];
+        const springls__component_link *all = &k->kin[part->kin];
         double missing = all->target - all->volume, by;
         part->offset = 0.0f;
         if (part->speck || fabs(missing) <= close * all->target || !(all->area > 0.0)) continue;
@@ -416,7 +416,7 @@ SPRINGLS__FN bool springls__choose_offsets(springls__parts *parts, springls__kin
     return any;
 }
 
-SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__parts *parts, springls__kinship *k)
+SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__volume_components *parts, springls__component_links *k)
 {
     const int iterations = 6;
     springls__offset_job job;
@@ -427,11 +427,11 @@ SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__par
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
-        springls__measure_parts(&ctx->model.grid, parts);
+        springls__measure_components(&ctx->model.grid, parts);
     }
-    springls__sum_kin(parts, k);
+    springls__sum_linked(parts, k);
     springls__constellation_moved(ctx);
-    springls__phi_in_step(ctx);
+    springls__mark_phi_synced(ctx);
     ctx->stats.volume_correction = 0.0f;
     for (i = 0; i < parts->count; i++)
         ctx->stats.volume_correction = springls__max(ctx->stats.volume_correction, springls__fabs(parts->part[i].moved));
@@ -440,18 +440,18 @@ SPRINGLS__FN void springls__correct_volumes(springls_context *ctx, springls__par
 /* After a step; before the first one with the lock, when nothing is known, it only takes note. */
 SPRINGLS__FN springls_status springls__volume_lock(springls_context *ctx)
 {
-    springls__parts parts;
-    springls__kinship kinship;
+    springls__volume_components parts;
+    springls__component_links kinship;
     int i, known = ctx->locked_count;
     SPRINGLS__TRY(springls__use_host(ctx, true));
-    SPRINGLS__TRY(springls__find_parts(ctx, &parts));
+    SPRINGLS__TRY(springls__find_components(ctx, &parts));
     for (i = 0; i < parts.count; i++) parts.part[i].speck = springls__is_speck(parts.part[i].volume);
-    SPRINGLS__TRY(springls__kinship_begin(ctx, &parts, &kinship));
-    for (i = 0; i < ctx->model.set.count && known == 0; i++) ctx->model.set.part[i] = -1; /* of another time */
+    SPRINGLS__TRY(springls__component_links_begin(ctx, &parts, &kinship));
+    for (i = 0; i < ctx->model.set.count && known == 0; i++) ctx->model.set.component[i] = -1; /* of another time */
     springls__vote(ctx, &parts, &kinship);
     springls__tie(&kinship);
     springls__tie_specks(&parts, &kinship);
     springls__inherit(&parts, &kinship);
     if (known > 0) springls__correct_volumes(ctx, &parts, &kinship);
-    return springls__lock_parts(ctx, &parts, &kinship);
+    return springls__lock_components(ctx, &parts, &kinship);
 }

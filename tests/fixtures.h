@@ -302,7 +302,7 @@ FIXTURE springls_backend *fixture_backend(void)
     springls_cl_desc desc;
     if (fixture_device || !kind) return fixture_device;
     memset(&desc, 0, sizeof desc);
-    desc.kind = strcmp(kind, "gpu") == 0 ? SPRINGLS_CL_GPU : SPRINGLS_CL_CPU;
+    desc.kind = strcmp(kind, "gpu") == 0 ? SPRINGLS_CL_KIND_GPU : SPRINGLS_CL_KIND_CPU;
     desc.logger.log = fixture_device_says;
     if (springls_cl_create(&desc, &fixture_device) != SPRINGLS_OK) exit(EXIT_FAILURE);
     atexit(fixture_leave_device);
@@ -333,7 +333,7 @@ FIXTURE springls_status fixture_stage(springls_context *ctx, springls_status (*r
 {
     springls_status status;
     springls__use_device(ctx);
-    status = springls__told(ctx, springls__whole(ctx, run));
+    status = springls__report_device_failure(ctx, springls__run_to_completion(ctx, run));
     fixture_here(ctx);
     return status;
 }

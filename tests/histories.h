@@ -157,14 +157,14 @@ FIXTURE uint64_t history_run(int history, const springls_tasks *tasks, springls_
     springls_sphere ball = fixture_ball(12.0f, 12.0f, 12.0f, 6.0f);
     springls_deformation_flow whirl = { 32.0f, 3.0f };
     springls_forces forces = fixture_forces(springls_velocity_deformation, &whirl);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.03f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.03f);
     springls_context *ctx = NULL;
     springls_status status;
     uint64_t digest;
     if (tasks) desc.tasks = *tasks;
     desc.backend = backend;
     if (history == HISTORY_ELASTIC || history == HISTORY_ELASTIC_PAPER) {
-        step.mode = SPRINGLS_ELASTIC;
+        step.mode = SPRINGLS_MODE_ELASTIC;
         step.dt = 0.1f;
     }
     if (history >= HISTORY_MERGE) {
@@ -185,13 +185,13 @@ FIXTURE uint64_t history_run(int history, const springls_tasks *tasks, springls_
     if (history == HISTORY_OPEN_MESH) {
         forces.velocity = NULL;
         forces.affine = history_affine;
-        forces.integrator = SPRINGLS_EULER;
-        step.mode = SPRINGLS_ELASTIC;
+        forces.integrator = SPRINGLS_INTEGRATOR_EULER;
+        step.mode = SPRINGLS_MODE_ELASTIC;
     }
     if (history == HISTORY_LABELS) step.max_displacement = 0.3f;
     if (springls_create(&desc, &ctx) != SPRINGLS_OK) return 0;
     status = history_begin(ctx, history, &ball);
-    for (i = 0; i < (step.mode == SPRINGLS_ELASTIC ? 4 : 11) && status == SPRINGLS_OK; i++) status = springls_step(ctx, &step);
+    for (i = 0; i < (step.mode == SPRINGLS_MODE_ELASTIC ? 4 : 11) && status == SPRINGLS_OK; i++) status = springls_step(ctx, &step);
     digest = status == SPRINGLS_OK ? history_digest(ctx) : 0;
     springls_destroy(ctx);
     return digest;

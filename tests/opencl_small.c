@@ -20,7 +20,7 @@ FIXTURE uint64_t small_run(springls_backend *backend, bool paper)
     springls_desc desc = fixture_desc(SMALL_SIZE, &p);
     springls_deformation_flow flow = { (float)SMALL_SIZE, 2.0f };
     springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
-    springls_step_desc fluid = fixture_step(&forces, SPRINGLS_FLUID, 0.05f), elastic = fixture_step(&forces, SPRINGLS_ELASTIC, 0.05f);
+    springls_step_desc fluid = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f), elastic = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 0.05f);
     springls_sphere ball = fixture_ball(5.3f, 5.4f, 5.6f, 2.6f);
     springls_box box = { { 5.4f, 5.5f, 5.6f }, { 2.2f, 2.4f, 2.0f } };
     springls_context *ctx = NULL;

@@ -49,13 +49,13 @@ static double rotation_error(int steps, springls_integrator integrator)
 /* Halving the step divides the error of a rotation by 16 with Runge-Kutta, by 2 with Euler. */
 TEST rotation_has_its_order(void)
 {
-    double order = log2(rotation_error(1, SPRINGLS_RK4) / rotation_error(2, SPRINGLS_RK4));
+    double order = log2(rotation_error(1, SPRINGLS_INTEGRATOR_RK4) / rotation_error(2, SPRINGLS_INTEGRATOR_RK4));
     ASSERT_IN_RANGE(4.0, order, 0.35);
-    order = log2(rotation_error(2, SPRINGLS_RK4) / rotation_error(4, SPRINGLS_RK4));
+    order = log2(rotation_error(2, SPRINGLS_INTEGRATOR_RK4) / rotation_error(4, SPRINGLS_INTEGRATOR_RK4));
     ASSERT_IN_RANGE(4.0, order, 0.35);
-    order = log2(rotation_error(16, SPRINGLS_EULER) / rotation_error(32, SPRINGLS_EULER));
+    order = log2(rotation_error(16, SPRINGLS_INTEGRATOR_EULER) / rotation_error(32, SPRINGLS_INTEGRATOR_EULER));
     ASSERT_IN_RANGE(1.0, order, 0.1);
-    ASSERT_LT(rotation_error(16, SPRINGLS_RK4), 2e-5);
+    ASSERT_LT(rotation_error(16, SPRINGLS_INTEGRATOR_RK4), 2e-5);
     PASS();
 }
 
@@ -199,7 +199,7 @@ TEST euler_asks_once(void)
     clockwork clock_of = { { 0.0f }, 0, { 0.0f, 1.0f, 0.0f, 0.0f } };
     springls_forces forces = fixture_forces(polynomial_wind, &clock_of);
     springls__v3 before = fixture_particle(ctx, 0);
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_advect(ctx, &forces, 2.0f, 0.25f));
     ASSERT_EQ(1, clock_of.calls);
     ASSERT_EQ(2.0f, clock_of.times[0]);
@@ -229,7 +229,7 @@ TEST pressure_acts_along_the_normal(void)
     int i, m;
     forces.pressure = pressure_of_x;
     forces.pressure_weight = -0.5f;
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 2.0f));
     for (i = 0; i < 60; i++) {
         d3 move = d3_scale(fixture_normal(&before[i]), -0.5 * 2.0 * 0.1 * (double)before[i].p.x);
@@ -272,7 +272,7 @@ TEST affine_moves_each_vertex(int own)
     int i, m;
     forces.affine = same_matrix;
     forces.affine_weight = 0.5f;
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 0.4f));
     for (i = 0; i < 300; i++) {
         fixture_springl now = fixture_get(ctx, i);
@@ -348,7 +348,7 @@ TEST affine_knows_correspondences(void)
     int i;
     ASSERT_OK(fixture_translate(ctx, 1.5f, -0.5f, 2.0f));
     forces.affine = home;
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 1.0f));
     for (i = 0; i < 300; i++) ASSERT_LT(d3_distance(d3_of(fixture_origin(ctx, i)), d3_of(fixture_particle(ctx, i))), 1e-5);
     springls_destroy(ctx);
@@ -447,7 +447,7 @@ TEST sampled_fields_are_trilinear(int own_grid)
     fill_field(&grid, data);
     forces.velocity_grid.data = data;
     if (own_grid) forces.velocity_grid.grid = grid;
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 1.0f));
     for (i = 0; i < 200; i++) {
         fixture_springl now = fixture_get(ctx, i);
@@ -484,7 +484,7 @@ TEST sampled_fields_lie_in_the_world(void)
     }
     forces.velocity_grid.data = data;
     forces.velocity_grid.grid = grid;
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_max_speed(ctx, &forces, 0.0f, &speed));
     ASSERT_IN_RANGE(0.5 * (double)before.x, speed, 1e-5);
     ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 1.0f));
@@ -512,7 +512,7 @@ TEST sampled_fields_end(void)
     forces.pressure_grid.grid.size[0] = 2;
     forces.pressure_grid.grid.origin[0] = 4.0;
     forces.pressure_weight = 2.0f;
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 1.0f));
     ASSERT_IN_RANGE(0.5, fixture_particle(ctx, 0).x - before[0].p.x, 1e-6); /* normals are +x */
     ASSERT_IN_RANGE(1.0, fixture_particle(ctx, 1).x - before[1].p.x, 1e-6);
@@ -535,7 +535,7 @@ TEST weights_weigh(void)
     before = fixture_particle(ctx, 0);
     forces = fixture_forces(fixture_wind, wind);
     forces.pressure = pressure_of_x;
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     ASSERT_OK(springls_max_speed(ctx, &forces, 0.0f, &speed));
     ASSERT_IN_RANGE(sqrt(0.25 + 0.0625 + pow(0.125 + 0.1 * (double)before.x, 2.0)), speed, 1e-6);
     forces.velocity_weight = 2.0f;
@@ -588,7 +588,7 @@ TEST bad_forces_move_nothing(void)
     springls_context *ctx = few(NULL, 300);
     spoiler bad;
     springls_forces forces = fixture_forces(spoiled_wind, &bad);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.5f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
     uint64_t hash = springls_state_hash(ctx);
     float speed;
     int kind;
@@ -622,7 +622,7 @@ TEST curvature_shrinks_spheres(void)
         d3 center = d3_make(15.5, 15.5, 15.5);
         double before = 0.0, after = 0.0;
         forces.curvature_weight = 0.5f;
-        forces.integrator = SPRINGLS_EULER;
+        forces.integrator = SPRINGLS_INTEGRATOR_EULER;
         for (i = 0; i < springls_count(ctx); i++) before += d3_distance(d3_of(fixture_particle(ctx, i)), center);
         ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 0.2f));
         for (i = 0; i < springls_count(ctx); i++) after += d3_distance(d3_of(fixture_particle(ctx, i)), center);

@@ -70,7 +70,7 @@ static void read_all(springls_context *ctx, props *p, outcome *o)
     count(o, ctx, springls_raycast(ctx, points, points, 4, 0.0f, hits));
     count(o, ctx, springls_sample_distance(ctx, points, 4, out));
     count(o, ctx, springls_sample_gradient(ctx, points, 4, out));
-    count(o, ctx, springls_inside(ctx, points, 4, inside));
+    count(o, ctx, springls_sample_inside(ctx, points, 4, inside));
     count(o, ctx, springls_copy_level_set(ctx, p->copy));
     count(o, ctx, springls_pack_matrix(ctx, all));
     count(o, ctx, springls_extract_surfels(ctx, all));
@@ -107,7 +107,7 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
 {
     float wind[3] = { 0.5f, 0.2f, 0.0f }, speed;
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, scenario == ELASTIC ? SPRINGLS_ELASTIC : SPRINGLS_FLUID, 0.6f);
+    springls_step_desc step = fixture_step(&forces, scenario == ELASTIC ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID, 0.6f);
     springls_params params = scenario == FLUID_PAPER ? springls_paper_params() : springls_default_params();
     int i, half = p->mesh.triangle_count / 2;
     params.resample_period = 2;

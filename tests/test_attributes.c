@@ -18,9 +18,9 @@ static float *particles_of(const springls_context *ctx)
 
 static springls_status carry(springls_context *ctx, carried *c)
 {
-    springls_attribute_desc place = { "place", 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_COPY };
-    springls_attribute_desc label = { "label", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
-    springls_attribute_desc amount = { "amount", 1, SPRINGLS_SHARE, SPRINGLS_SHARE, SPRINGLS_SHARE };
+    springls_attribute_desc place = { "place", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY };
+    springls_attribute_desc label = { "label", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
+    springls_attribute_desc amount = { "amount", 1, SPRINGLS_POLICY_SHARE, SPRINGLS_POLICY_SHARE, SPRINGLS_POLICY_SHARE };
     float *p = particles_of(ctx), *values = (float *)malloc((size_t)springls_count(ctx) * sizeof *values);
     springls_status status = springls_add_attribute(ctx, &place, p, &c->place);
     int i;
@@ -58,7 +58,7 @@ static void swirl(void *user, const float *x, int count, float time, float *v)
 static springls_status swirled(springls_context *ctx, int steps)
 {
     springls_forces forces = fixture_forces(swirl, NULL);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.25f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.25f);
     springls_status status = SPRINGLS_OK;
     step.max_displacement = 1.0f;
     for (; steps > 0 && status == SPRINGLS_OK; steps--) status = springls_step(ctx, &step);
@@ -154,7 +154,7 @@ static springls_status blown(springls_context *ctx, float x, float y, float z, i
 {
     float wind[3] = { x, y, z };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     return springls_run(ctx, &step, steps);
 }
 
@@ -166,7 +166,7 @@ TEST splits(void)
     springls_params params = springls_default_params();
     springls_context *ctx;
     springls_view a, place, amount;
-    springls_confidence *confidence;
+    springls_provenance *confidence;
     carried c;
     int i, k, before, halves = 0;
     params.initial_stride = 2;
@@ -180,15 +180,15 @@ TEST splits(void)
     a = springls_view_correspondences(ctx);
     place = springls_view_attribute(ctx, c.place);
     amount = springls_view_attribute(ctx, c.amount);
-    confidence = (springls_confidence *)malloc((size_t)springls_count(ctx) * sizeof *confidence);
-    ASSERT_OK(springls_get_confidence(ctx, confidence));
+    confidence = (springls_provenance *)malloc((size_t)springls_count(ctx) * sizeof *confidence);
+    ASSERT_OK(springls_get_provenance(ctx, confidence));
     for (i = 0; i < springls_count(ctx); i++) {
         const float *p = (const float *)((const char *)a.data + (size_t)i * a.stride);
         /* a mean lies below the arc: here of two voxels */
         for (k = 0; k < 3; k++) ASSERT_IN_RANGE((double)p[k], (double)place.data[3 * i + k], 0.35);
         ASSERT(amount.data[i] == 1.0f || amount.data[i] == 0.5f);
-        ASSERT_EQ(amount.data[i] == 0.5f, confidence[i].kind == SPRINGLS_SPLIT);
-        ASSERT_EQ(amount.data[i] == 1.0f, confidence[i].kind == SPRINGLS_ORIGINAL);
+        ASSERT_EQ(amount.data[i] == 0.5f, confidence[i].kind == SPRINGLS_KIND_SPLIT);
+        ASSERT_EQ(amount.data[i] == 1.0f, confidence[i].kind == SPRINGLS_KIND_ORIGINAL);
         ASSERT_EQ(0, confidence[i].age);
         ASSERT_EQ(springls_generations(ctx)[i], confidence[i].generation);
         if (i < before) ASSERT_EQ(springls_ids(ctx)[i], confidence[i].parent);
@@ -206,7 +206,7 @@ TEST fills(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     springls_view amount, place;
-    springls_confidence *confidence;
+    springls_provenance *confidence;
     carried c;
     uint8_t *keep = (uint8_t *)malloc((size_t)springls_count(ctx));
     int i, kept = 0, filled = 0;
@@ -218,10 +218,10 @@ TEST fills(void)
     ASSERT_IN_RANGE((double)kept, total(ctx, c.amount), 1e-3);
     amount = springls_view_attribute(ctx, c.amount);
     place = springls_view_attribute(ctx, c.place);
-    confidence = (springls_confidence *)malloc((size_t)springls_count(ctx) * sizeof *confidence);
-    ASSERT_OK(springls_get_confidence(ctx, confidence));
+    confidence = (springls_provenance *)malloc((size_t)springls_count(ctx) * sizeof *confidence);
+    ASSERT_OK(springls_get_provenance(ctx, confidence));
     for (i = 0; i < springls_count(ctx); i++) {
-        ASSERT_EQ(i < kept ? SPRINGLS_ORIGINAL : SPRINGLS_FILLED, confidence[i].kind);
+        ASSERT_EQ(i < kept ? SPRINGLS_KIND_ORIGINAL : SPRINGLS_KIND_FILLED, confidence[i].kind);
         ASSERT_EQ(i < kept ? 1.0f : 0.0f, amount.data[i]);
         if (i < kept) continue;
         ASSERT_LT(place.data[3 * i + 2], 20.0f); /* means of what is there do not run away */
@@ -239,9 +239,9 @@ TEST fills(void)
 TEST merges(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
-    springls_attribute_desc sum = { "sum", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_SHARE },
-        mean = { "mean", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_BLEND },
-                            own = { "own", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
+    springls_attribute_desc sum = { "sum", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_SHARE },
+        mean = { "mean", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_BLEND },
+                            own = { "own", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
     springls_view v;
     float *values;
     int i, n, sums, means, owns;
@@ -275,15 +275,15 @@ TEST merges(void)
 TEST confidence_ages(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
-    springls_confidence *confidence;
+    springls_provenance *confidence;
     int i, steps, young = 0;
     ASSERT_OK(swirled(ctx, 24));
     steps = springls_get_stats(ctx).steps;
-    confidence = (springls_confidence *)malloc((size_t)springls_count(ctx) * sizeof *confidence);
-    ASSERT_OK(springls_get_confidence(ctx, confidence));
+    confidence = (springls_provenance *)malloc((size_t)springls_count(ctx) * sizeof *confidence);
+    ASSERT_OK(springls_get_provenance(ctx, confidence));
     for (i = 0; i < springls_count(ctx); i++) {
-        ASSERT_EQ(confidence[i].kind == SPRINGLS_ORIGINAL, springls_generations(ctx)[i] == 0);
-        if (confidence[i].kind == SPRINGLS_ORIGINAL) ASSERT_EQ(steps, confidence[i].age);
+        ASSERT_EQ(confidence[i].kind == SPRINGLS_KIND_ORIGINAL, springls_generations(ctx)[i] == 0);
+        if (confidence[i].kind == SPRINGLS_KIND_ORIGINAL) ASSERT_EQ(steps, confidence[i].age);
         ASSERT_LTE(confidence[i].age, steps);
         young += confidence[i].age < steps / 2;
     }
@@ -298,7 +298,7 @@ TEST confidence_ages(void)
 TEST table(void)
 {
     springls_context *ctx = fixture_sphere(24, NULL, 11.5f, 11.5f, 11.5f, 5.0f);
-    springls_attribute_desc desc = { "a", 2, SPRINGLS_COPY, SPRINGLS_BLEND, SPRINGLS_SHARE }, out;
+    springls_attribute_desc desc = { "a", 2, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_SHARE }, out;
     char name[40];
     float *values = (float *)calloc((size_t)springls_count(ctx) * 2, sizeof *values);
     int index, i;
@@ -310,9 +310,9 @@ TEST table(void)
     ASSERT_OK(springls_describe_attribute(ctx, 0, &out));
     ASSERT_STR_EQ("a", out.name);
     ASSERT_EQ(2, out.channels);
-    ASSERT_EQ(SPRINGLS_COPY, out.split);
-    ASSERT_EQ(SPRINGLS_BLEND, out.fill);
-    ASSERT_EQ(SPRINGLS_SHARE, out.merge);
+    ASSERT_EQ(SPRINGLS_POLICY_COPY, out.split);
+    ASSERT_EQ(SPRINGLS_POLICY_BLEND, out.fill);
+    ASSERT_EQ(SPRINGLS_POLICY_SHARE, out.merge);
     ASSERT_EQ(2 * sizeof(float), springls_view_attribute(ctx, 0).stride);
     ASSERT_EQ(0.0f, springls_view_attribute(ctx, 0).data[1]);
     values[1] = 4.0f;
@@ -332,7 +332,7 @@ TEST table(void)
     desc.channels = 1;
     desc.fill = (springls_policy)7;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_add_attribute(ctx, &desc, NULL, NULL));
-    desc.fill = SPRINGLS_COPY;
+    desc.fill = SPRINGLS_POLICY_COPY;
     desc.name = "";
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_add_attribute(ctx, &desc, NULL, NULL));
     desc.name = "a name of more than thirty-one letters";
@@ -460,7 +460,7 @@ TEST textures_keep_their_seam(void)
     at = (float *)malloc((size_t)mesh.vertex_count * 3 * sizeof *at);
     uv = (float *)malloc((size_t)mesh.triangle_count * 6 * sizeof *uv);
     ASSERT_OK(springls_mesh_materials(ctx, &mesh, places));
-    ASSERT_OK(springls_lookup(places, mesh.vertex_count, globe_points, 3, globe, globe_count, at));
+    ASSERT_OK(springls_interpolate_material(places, mesh.vertex_count, globe_points, 3, globe, globe_count, at));
     for (i = 0; i < mesh.vertex_count; i++) {
         d3 x = d3_sub(d3_make((double)mesh.positions[3 * i], (double)mesh.positions[3 * i + 1],
                               (double)mesh.positions[3 * i + 2]), moved);
@@ -470,7 +470,7 @@ TEST textures_keep_their_seam(void)
     }
     ASSERT_LT(sum / mesh.vertex_count, 0.03);
     ASSERT_OK(springls_corner_materials(ctx, &mesh, neighbors, corners));
-    ASSERT_OK(springls_lookup(corners, 3 * mesh.triangle_count, globe_uv, 2, NULL, globe_count, uv));
+    ASSERT_OK(springls_interpolate_material(corners, 3 * mesh.triangle_count, globe_uv, 2, NULL, globe_count, uv));
     for (i = 0; i < mesh.triangle_count; i++) {
         d3 x = d3_make(0.0, 0.0, 0.0);
         double u = 0.0, v = 0.0, exact, off, lowest = 2.0, highest = -1.0;
@@ -498,7 +498,7 @@ TEST textures_keep_their_seam(void)
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_corner_materials(ctx, &mesh, NULL, corners));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_mesh_materials(ctx, NULL, places));
     places[0].triangle = globe_count;
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_lookup(places, 1, globe_points, 3, globe, globe_count, at));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_interpolate_material(places, 1, globe_points, 3, globe, globe_count, at));
     free(neighbors);
     free(places);
     free(corners);

@@ -54,7 +54,7 @@ static greatest_test_res lives(springls_context *ctx)
     int i;
     CHECK_CALL(is_sane(ctx));
     for (i = 0; i < 7 && status == SPRINGLS_OK; i++) {
-        springls_step_desc step = fixture_step(&forces, i == 6 ? SPRINGLS_ELASTIC : SPRINGLS_FLUID, 1.0f);
+        springls_step_desc step = fixture_step(&forces, i == 6 ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID, 1.0f);
         status = springls_step(ctx, &step);
         ASSERT(status == SPRINGLS_OK || (status == SPRINGLS_EMPTY_MODEL && springls_count(ctx) == 0));
     }
@@ -415,7 +415,7 @@ TEST explosions(float scale, springls_mode mode)
     springls_step_desc step = fixture_step(&forces, mode, 1.0f);
     int i;
     forces.affine = burst;
-    forces.integrator = SPRINGLS_EULER;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     for (i = 0; i < 6; i++) {
         springls_status status = springls_step(ctx, &step);
         ASSERT(status == SPRINGLS_OK || status == SPRINGLS_NON_FINITE || (status == SPRINGLS_EMPTY_MODEL && springls_count(ctx) == 0));
@@ -431,7 +431,7 @@ TEST strange_fields(void)
     springls_context *ctx = fixture_sphere(SIZE, NULL, 9.5f, 9.5f, 9.5f, 5.0f);
     static float data[3 * VOXELS];
     springls_forces forces = fixture_forces(NULL, NULL);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.5f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
     uint64_t before = springls_state_hash(ctx);
     forces.velocity_grid.data = data;
     data[3 * (4 + SIZE * (9 + SIZE * 9))] = NAN;
@@ -468,7 +468,7 @@ TEST strange_questions(void)
         x[i] = bad[i];
         ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_sample_distance(ctx, x, 1, out));
         ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_sample_gradient(ctx, x, 1, out));
-        ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_inside(ctx, x, 1, inside));
+        ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_sample_inside(ctx, x, 1, inside));
         ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_closest(ctx, x, 1, hit));
         ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_raycast(ctx, x, far_away, 1, 0.0f, hit));
         ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_raycast(ctx, far_away, x, 1, 0.0f, hit));
@@ -478,7 +478,7 @@ TEST strange_questions(void)
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_raycast(ctx, x, x, 1, NAN, hit));
     ASSERT_OK(springls_sample_distance(ctx, far_away, 2, out));
     ASSERT(out[0] > 3.0f && out[0] < 100.0f && out[1] > 3.0f && out[1] < 100.0f);
-    ASSERT_OK(springls_inside(ctx, far_away, 2, inside));
+    ASSERT_OK(springls_sample_inside(ctx, far_away, 2, inside));
     ASSERT(!inside[0] && !inside[1]);
     ASSERT_OK(springls_sample_gradient(ctx, far_away, 2, out));
     ASSERT_OK(springls_closest(ctx, far_away, 2, hit));
@@ -568,9 +568,9 @@ SUITE(bad_input)
     for (which = 0; which < 2; which++) {
         for (i = 0; i < 6; i++) RUN_TESTp(strange_springls, i, which);
         for (i = 0; i < 4; i++) {
-            RUN_TESTp(storms, speeds[i], SPRINGLS_FLUID, which);
-            RUN_TESTp(storms, speeds[i], SPRINGLS_ELASTIC, which);
-            RUN_TESTp(explosions, scales[i], which ? SPRINGLS_ELASTIC : SPRINGLS_FLUID);
+            RUN_TESTp(storms, speeds[i], SPRINGLS_MODE_FLUID, which);
+            RUN_TESTp(storms, speeds[i], SPRINGLS_MODE_ELASTIC, which);
+            RUN_TESTp(explosions, scales[i], which ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID);
         }
     }
     RUN_TEST(strange_fields);

@@ -27,7 +27,7 @@ TEST walks_miss_nothing(int huge)
     make_soup(ctx, 900, huge);
     count = springls_count(ctx);
     all = fixture_copy(ctx);
-    ASSERT_OK(fixture_stage(ctx, springls__cells_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
     for (round = 0; round < 300; round++) {
         springls__v3 x = fixture_point(-4.0f, 27.0f);
         float radius = fixture_between(0.05f, 3.0f);
@@ -160,7 +160,7 @@ TEST cells_are_ordered(void)
     int x, i, before, cell[3];
     fixture_seed(23);
     fixture_random_soup(ctx, 4000, 0.0f, 23.0f, 0.8f);
-    ASSERT_OK(fixture_stage(ctx, springls__cells_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
     for (x = 0; x < 12 * 12 * 12; x++) {
         springls__v3 middle = springls__v3_make((float)(2 * (x % 12) + 1), (float)(2 * (x / 12 % 12) + 1), (float)(2 * (x / 144) + 1));
         springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, middle, middle);

@@ -203,7 +203,7 @@ TEST memory_is_accounted_for(void)
     springls_sphere ball = fixture_ball(15.5f, 15.5f, 15.5f, 8.0f);
     float wind[3] = { 0.4f, 0.1f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_context *ctx;
     springls_mesh mesh;
     size_t held;
@@ -354,7 +354,7 @@ TEST reset_forgets(void)
     springls_sphere ball = fixture_ball(15.5f, 15.5f, 15.5f, 8.0f);
     float wind[3] = { 0.4f, 0.1f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_stats stats, zero;
     uint64_t hash = 0;
     int i, round;
@@ -390,7 +390,7 @@ TEST contexts_are_independent(void)
     p[1] = springls_paper_params();
     for (k = 0; k < 2; k++) {
         forces[k] = fixture_forces(fixture_wind, wind[k]);
-        step[k] = fixture_step(&forces[k], SPRINGLS_FLUID, 1.0f);
+        step[k] = fixture_step(&forces[k], SPRINGLS_MODE_FLUID, 1.0f);
         alone = fixture_sphere(32, &p[k], 15.5f, 15.5f, 15.5f, 7.0f);
         for (i = 0; i < 6; i++) ASSERT_OK(springls_step(alone, &step[k]));
         expected[k] = springls_state_hash(alone);
@@ -473,7 +473,7 @@ TEST every_call_survives_null(void)
     uint8_t inside[1];
     int triangle[3] = { 0, 1, 2 };
     springls_forces forces = fixture_forces(fixture_wind, x);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_params p = springls_default_params(), q;
     springls_mesh mesh;
     springls_hit hit;
@@ -551,8 +551,8 @@ TEST every_call_survives_null(void)
     ASSERT_EQ(invalid, springls_sample_distance(ctx, x, -1, x));
     ASSERT_EQ(invalid, springls_sample_gradient(NULL, x, 1, x));
     ASSERT_EQ(invalid, springls_sample_gradient(ctx, x, 1, NULL));
-    ASSERT_EQ(invalid, springls_inside(NULL, x, 1, inside));
-    ASSERT_EQ(invalid, springls_inside(ctx, x, 1, NULL));
+    ASSERT_EQ(invalid, springls_sample_inside(NULL, x, 1, inside));
+    ASSERT_EQ(invalid, springls_sample_inside(ctx, x, 1, NULL));
     ASSERT_EQ(invalid, springls_closest(NULL, x, 1, &hit));
     ASSERT_EQ(invalid, springls_closest(ctx, x, 1, NULL));
     ASSERT_EQ(invalid, springls_raycast(NULL, x, x, 1, 0.0f, &hit));

@@ -47,8 +47,8 @@ TEST balls(int operation)
     for (i = 0; i < springls_count(a); i++) { /* every springl lies on one of the two balls and in neither, or in both, ... */
         d3 p = d3_of(fixture_particle(a, i));
         double of_a = d3_distance(p, d3_make(15.3, 19.7, 19.4)) - 8.0, of_b = d3_distance(p, d3_make(23.3, 19.7, 19.4)) - 8.0;
-        double side = operation == SPRINGLS_UNION ? fmin(of_a, of_b) : fmax(of_a,
-                                                                            operation == SPRINGLS_DIFFERENCE ? -of_b : of_b);
+        double side = operation == SPRINGLS_OPERATION_UNION ? fmin(of_a, of_b) : fmax(of_a,
+                                                                            operation == SPRINGLS_OPERATION_DIFFERENCE ? -of_b : of_b);
         ASSERT_IN_RANGE(0.0, side, 0.35);
     }
     springls_destroy(a);
@@ -75,21 +75,21 @@ TEST without_a_seam(void)
     springls_sphere far = fixture_ball(28.0f, 19.7f, 19.4f, 5.0f), inner = fixture_ball(10.0f, 19.7f, 19.4f, 3.0f),
         same = fixture_ball(10.0f, 19.7f, 19.4f, 5.0f);
     springls_box left = box_at(12.25f, 19.7f, 5.0f), right = box_at(22.25f, 19.7f, 5.0f);
-    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_UNION, springls_implicit_sphere, &far));
+    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &far));
     CHECK_CALL(check(a, 2.0 * ball(5.0), 0.05, 2, 4));
-    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &inner));
+    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &inner));
     CHECK_CALL(check(a, 2.0 * ball(5.0) - ball(3.0), 0.05, 3, 6));
     ASSERT_STATUS(SPRINGLS_OK, springls_set_implicit(a, springls_implicit_sphere, &same));
-    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine_implicit(a, SPRINGLS_INTERSECTION, springls_implicit_sphere, &far));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine_implicit(a, SPRINGLS_OPERATION_INTERSECTION, springls_implicit_sphere, &far));
     ASSERT_EQ(0, springls_count(a));
     ASSERT_OK(springls_set_implicit(a, springls_implicit_sphere, &same));
-    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_INTERSECTION, springls_implicit_sphere, &same));
+    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_INTERSECTION, springls_implicit_sphere, &same));
     CHECK_CALL(check(a, ball(5.0), 0.05, 1, 2));
     ASSERT_OK(springls_set_implicit(a, springls_implicit_box, &left));
-    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_UNION, springls_implicit_box, &right));
+    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_UNION, springls_implicit_box, &right));
     CHECK_CALL(check(a, 2000.0, 0.05, 1, 2));
     ASSERT_OK(springls_set_implicit(a, springls_implicit_box, &left));
-    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_DIFFERENCE, springls_implicit_box, &right));
+    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_box, &right));
     CHECK_CALL(check(a, 1000.0, 0.05, 1, 2));
     springls_destroy(a);
     PASS();
@@ -97,7 +97,7 @@ TEST without_a_seam(void)
 
 static springls_status paint(springls_context *ctx, const char *name, float value)
 {
-    springls_attribute_desc desc = { NULL, 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
+    springls_attribute_desc desc = { NULL, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
     float *values = (float *)malloc((size_t)springls_count(ctx) * sizeof *values);
     springls_status status;
     int i;
@@ -120,7 +120,7 @@ TEST attributes_of_both(void)
     ASSERT_OK(paint(b, "colour", 2.0f));
     ASSERT_OK(paint(b, "only there", 6.0f));
     first = springls_material_count(a);
-    ASSERT_OK(springls_combine(a, SPRINGLS_DIFFERENCE, b));
+    ASSERT_OK(springls_combine(a, SPRINGLS_OPERATION_DIFFERENCE, b));
     ASSERT_EQ(2, springls_attribute_count(a));
     ASSERT_EQ(first + springls_material_count(b), springls_material_count(a));
     colour = springls_view_attribute(a, 0);
@@ -154,9 +154,9 @@ TEST goes_on(void)
     springls_context *a = ball_at(13.3f, 7.0f), *b = ball_at(20.3f, 7.0f);
     float wind[3] = { 0.7f, 0.1f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     ASSERT_OK(paint(a, "colour", 1.0f));
-    ASSERT_OK(springls_combine(a, SPRINGLS_UNION, b));
+    ASSERT_OK(springls_combine(a, SPRINGLS_OPERATION_UNION, b));
     ASSERT_OK(springls_run(a, &step, 8));
     CHECK_CALL(check(a, 2.0 * ball(7.0) - lens(7.0, 7.0), 0.05, 1, 2));
     ASSERT_EQ(springls_count(a), springls_view_attribute(a, 0).count);
@@ -197,7 +197,7 @@ TEST offsets_change_topology(void)
     springls_context *a = ball_at(11.3f, 6.0f);
     springls_sphere second = fixture_ball(26.3f, 19.7f, 19.4f, 6.0f);
     springls_measures m;
-    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_UNION, springls_implicit_sphere, &second));
+    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &second));
     CHECK_CALL(check(a, 2.0 * ball(6.0), 0.05, 2, 4));
     ASSERT_OK(springls_offset(a, 1.8f));
     CHECK_CALL(check(a, 2.0 * ball(7.8) - lens(7.8, 15.0), 0.05, 1, 2));
@@ -242,7 +242,7 @@ TEST remeshes(void)
     static const float corner[24] = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1 };
     static const int triangles[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2,
                                        1, 3, 7, 1, 7, 5 };
-    springls_attribute_desc desc = { "face", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
+    springls_attribute_desc desc = { "face", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
     springls_context *a = fixture_context(SIZE, NULL);
     float positions[24], face[12];
     springls_material *places;
@@ -279,16 +279,16 @@ TEST refusals(void)
     uint64_t hash = springls_state_hash(a);
     params.band_half_width = 4.0f;
     wide = fixture_sphere(SIZE, &params, 19.0f, 19.0f, 19.0f, 6.0f);
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(NULL, SPRINGLS_UNION, a));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_UNION, NULL));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_UNION, a));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(NULL, SPRINGLS_OPERATION_UNION, a));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_OPERATION_UNION, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_OPERATION_UNION, a));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, (springls_operation)3, b));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_UNION, small));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_UNION, wide));
-    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(a, SPRINGLS_UNION, empty));
-    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(empty, SPRINGLS_UNION, a));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_implicit(a, SPRINGLS_UNION, NULL, NULL));
-    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine_implicit(a, SPRINGLS_UNION, springls_implicit_sphere, &gone));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_OPERATION_UNION, small));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_OPERATION_UNION, wide));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(a, SPRINGLS_OPERATION_UNION, empty));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(empty, SPRINGLS_OPERATION_UNION, a));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine_implicit(a, SPRINGLS_OPERATION_UNION, NULL, NULL));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine_implicit(a, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &gone));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_offset(a, NAN));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_offset(NULL, 1.0f));
     ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_offset(empty, 1.0f));
@@ -320,10 +320,10 @@ static greatest_test_res starve(int call, int fail_at, int *failed)
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &one));
     ASSERT_OK(paint(ctx, "colour", 1.0f));
     heap.fail_at = heap.calls + fail_at;
-    status = call == 0 ? springls_combine_implicit(ctx, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &two)
+    status = call == 0 ? springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &two)
            : call == 1 ? springls_offset(ctx, 2.0f) : call == 2 ? springls_smooth(ctx, 1.0f, false) : springls_remesh(ctx);
     *failed = heap.calls > heap.fail_at;
-    if (*failed) ASSERT(status == SPRINGLS_OUT_OF_MEMORY || (desc.backend && status == SPRINGLS_DEVICE)); /* goes on without it */
+    if (*failed) ASSERT(status == SPRINGLS_OUT_OF_MEMORY || (desc.backend && status == SPRINGLS_DEVICE_FAILED)); /* goes on without it */
     else ASSERT_OK(status);
     if (springls_count(ctx) > 0) ASSERT_EQ(springls_count(ctx), springls_view_attribute(ctx, 0).count);
     heap.fail_at = -1;

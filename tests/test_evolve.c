@@ -133,7 +133,7 @@ TEST rest_is_rest(int which, int shape, double tolerance)
     if (which) {
         float still[3] = { 0.0f, 0.0f, 0.0f };
         springls_forces forces = fixture_forces(fixture_wind, still);
-        springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+        springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
         for (i = 0; i < 50; i++) ASSERT_OK(springls_step(ctx, &step));
     } else {
         ASSERT_OK(follow(ctx, 50));

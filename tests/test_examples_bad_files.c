@@ -21,7 +21,7 @@ static greatest_test_res use(springls_context *ctx)
 {
     float wind[3] = { 0.3f, 0.1f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_mesh mesh;
     springls__mesh_report report;
     ASSERT_OK(springls_step(ctx, &step));

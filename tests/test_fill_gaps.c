@@ -143,7 +143,7 @@ TEST correspondences_survive_motion(void)
     springls_context *ctx = fixture_sphere(32, NULL, 12.5f, 15.5f, 15.5f, 8.0f);
     float wind[3] = { 4.0f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_ELASTIC, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 1.0f);
     uint8_t *keep;
     int i, first;
     step.one_to_one = true;
@@ -248,17 +248,17 @@ TEST openings_are_found(void)
     fixture_seed(77);
     for (trial = 0; trial < 300; trial++) {
         springls__v3 n = fixture_direction();
-        springls__fan fan = springls__fan_begin(n);
-        springls__opening opening;
+        springls__angular_gaps fan = springls__angular_gaps_begin(n);
+        springls__widest_gap opening;
         int count = trial % 12;
         double angle[12], widest = 0.0, second = 0.0, middle = 0.0;
         for (i = 0; i < count; i++) {
             float length = fixture_between(0.1f, 2.0f), height = fixture_between(-1.0f, 1.0f);
             angle[i] = (double)fixture_between(-3.1415f, 3.1415f);
-            fan = springls__fan_add(fan, springls__mad(springls__mad(springls__scale(fan.e1, length * (float)cos(angle[i])), fan.e2,
+            fan = springls__angular_gaps_add(fan, springls__mad(springls__mad(springls__scale(fan.e1, length * (float)cos(angle[i])), fan.e2,
                                                                      length * (float)sin(angle[i])), n, height));
         }
-        fan = springls__fan_add(fan, springls__scale(n, 0.5f)); /* right above: no direction */
+        fan = springls__angular_gaps_add(fan, springls__scale(n, 0.5f)); /* right above: no direction */
         ASSERT_EQ(count, fan.count);
         for (i = 0; i < count; i++) {
             double gap = 2.0 * fixture_pi;
@@ -274,7 +274,7 @@ TEST openings_are_found(void)
                 second = gap;
             }
         }
-        opening = springls__fan_opening(fan);
+        opening = springls__angular_gaps_widest(fan);
         ASSERT_IN_RANGE(count ? widest : 2.0 * fixture_pi, (double)opening.angle, 1e-4);
         ASSERT_IN_RANGE(second, (double)opening.second, 1e-4);
         if (count == 0 || widest - second < 1e-3) continue;
@@ -287,7 +287,7 @@ TEST openings_are_found(void)
 /* Neighbours on a disc are a sheet's, on half a disc those of its rim; on a line they are a thread's, on half a line its end. */
 TEST sheets_and_threads_are_told_apart(int part, int expected)
 {
-    springls__fan fan = springls__fan_begin(springls__v3_make(0.0f, 0.0f, 1.0f));
+    springls__angular_gaps fan = springls__angular_gaps_begin(springls__v3_make(0.0f, 0.0f, 1.0f));
     int i;
     fixture_seed(5);
     for (i = 0; i < 24; i++) {
@@ -296,7 +296,7 @@ TEST sheets_and_threads_are_told_apart(int part, int expected)
         if (part >= 2) v *= 0.2f;
         if (part == 2) u += u < 0.0f ? -0.7f : 0.7f;
         if (part == 3) u = fabsf(u) + 0.7f;
-        fan = springls__fan_add(fan, springls__v3_make(u, v, 0.3f));
+        fan = springls__angular_gaps_add(fan, springls__v3_make(u, v, 0.3f));
     }
     ASSERT_EQ(expected, springls__spans_sheet(fan));
     PASS();
@@ -306,9 +306,9 @@ TEST sheets_and_threads_are_told_apart(int part, int expected)
 /* Holes among springls only. */
 static springls_status fill_holes(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__find_holes(ctx));
+    SPRINGLS__TRY(springls__find_seeds(ctx));
     springls__finish_loop(ctx);
-    return springls__plant(ctx);
+    return springls__insert_seeds(ctx);
 }
 
 TEST seeds_keep_their_distance(void)

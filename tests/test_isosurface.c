@@ -123,7 +123,7 @@ TEST vertices_know_their_origin(void)
     springls_context *ctx = fixture_sphere(size, NULL, 12.5f, 15.5f, 15.5f, 8.0f);
     float wind[3] = { 3.0f, 1.0f, -0.5f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_ELASTIC, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 1.0f);
     springls_mesh mesh;
     uint8_t *keep;
     int i, moved, bare = 0;

@@ -71,7 +71,7 @@ TEST making_a_backend_fails(int error)
             springls_cl_destroy(backend);
         } else {
             ASSERT(backend == NULL);
-            ASSERT(status == SPRINGLS_DEVICE || status == SPRINGLS_OUT_OF_MEMORY);
+            ASSERT(status == SPRINGLS_DEVICE_FAILED || status == SPRINGLS_OUT_OF_MEMORY);
             ASSERT_EQ(1, log.warnings);
             ASSERT_EQ(0, log.errors);
             ASSERT(strstr(log.lines, "opencl: ") != NULL && strstr(log.lines, "going on without") != NULL);
@@ -88,7 +88,7 @@ TEST kernels_do_not_compile(void)
     NEEDS_STUB();
     fault_count();
     stub->fail("clBuildProgram", 0, CL_BUILD_PROGRAM_FAILURE, 0);
-    ASSERT_STATUS(SPRINGLS_DEVICE, fault_create(stub_path, &log, &backend));
+    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create(stub_path, &log, &backend));
     ASSERT(backend == NULL);
     ASSERT(strstr(log.lines, "springls.h:1234:5: error: made up by the stub\nand a second line\n") != NULL);
     ASSERT(strstr(log.lines, "the kernels do not compile") != NULL);
@@ -104,10 +104,10 @@ TEST no_platform_and_no_library(void)
     NEEDS_STUB();
     fault_count();
     stub->hide_platforms(1);
-    ASSERT_STATUS(SPRINGLS_DEVICE, fault_create(stub_path, &log, &backend));
+    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create(stub_path, &log, &backend));
     ASSERT(backend == NULL && log.warnings == 1 && strstr(log.lines, "no device") != NULL);
     stub->begin();
-    ASSERT_STATUS(SPRINGLS_DEVICE, fault_create("libthere-is-none.so", &log, &backend));
+    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create("libthere-is-none.so", &log, &backend));
     ASSERT(backend == NULL && log.warnings == 1 && strstr(log.lines, "libthere-is-none.so") != NULL);
     ASSERT(fault_leaves_nothing());
     PASS();
@@ -192,7 +192,7 @@ TEST functions_are_missing(void)
     for (i = 0; i < sizeof functions / sizeof *functions; i++) {
         snprintf(path, sizeof path, "%s.part", stub_path);
         ASSERT(fault_library_without(functions[i], path));
-        ASSERT_STATUS(SPRINGLS_DEVICE, fault_create(path, &log, &backend));
+        ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create(path, &log, &backend));
         remove(path);
         ASSERT(backend == NULL && log.warnings == 1 && strstr(log.lines, functions[i]) != NULL);
     }
@@ -287,8 +287,8 @@ FIXTURE fault_outcome fault_run(springls_backend *backend, const char *function)
     life.forces = fixture_forces(springls_velocity_deformation, &flow);
     life.forces.velocity_grid.data = life.field;
     for (i = 0; i < 3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE; i++) life.field[i] = 0.01f * (float)(i % 7);
-    life.fluid = fixture_step(&life.forces, SPRINGLS_FLUID, 0.08f);
-    life.elastic = fixture_step(&life.forces, SPRINGLS_ELASTIC, 0.05f);
+    life.fluid = fixture_step(&life.forces, SPRINGLS_MODE_FLUID, 0.08f);
+    life.elastic = fixture_step(&life.forces, SPRINGLS_MODE_ELASTIC, 0.05f);
     desc.backend = backend;
     desc.logger.log = fault_logger;
     desc.logger.user = &out.log;
@@ -323,7 +323,7 @@ FIXTURE const char *fault_verdict(const char *function, int call, int error, int
     if (!fault && !fault_leaves_nothing()) fault = stub->misuse()[0] ? "something is used that there is not" : "something is left";
     if (!fault && out.log.errors != out.failures) fault = "errors logged and told are not the same";
     if (!fault && out.failures != 1) fault = "not one failure is told";
-    if (!fault && out.status != SPRINGLS_DEVICE) fault = "it is not told as one of the device";
+    if (!fault && out.status != SPRINGLS_DEVICE_FAILED) fault = "it is not told as one of the device";
     if (!fault && (strcmp(out.text, out.log.error) != 0 || strstr(out.text, "opencl: ") != out.text || strstr(out.text, "going on without the device") == NULL))
         fault = "the text is not clear";
     if (!fault && out.hash != expected) fault = "the model is another one";

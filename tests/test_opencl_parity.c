@@ -187,7 +187,7 @@ FIXTURE void life_make(life *l, int which)
     l->rotation.axis[2] = 1.0f;
     l->rotation.angular_velocity = 0.1f;
     l->forces = fixture_forces(springls_velocity_deformation, &l->deformation);
-    l->step = fixture_step(&l->forces, SPRINGLS_FLUID, 0.03f);
+    l->step = fixture_step(&l->forces, SPRINGLS_MODE_FLUID, 0.03f);
     l->steps = paper ? 11 : 7;
     switch (which) {
     case LIFE_FLUID:
@@ -197,7 +197,7 @@ FIXTURE void life_make(life *l, int which)
         l->steps = 3;
         break;
     case LIFE_ELASTIC: case LIFE_ELASTIC_PAPER:
-        l->step.mode = SPRINGLS_ELASTIC;
+        l->step.mode = SPRINGLS_MODE_ELASTIC;
         l->step.dt = 0.1f;
         l->steps = 4;
         break;
@@ -227,8 +227,8 @@ FIXTURE void life_make(life *l, int which)
     case LIFE_OPEN_MESH:
         l->forces = fixture_forces(NULL, NULL);
         l->forces.affine = history_affine;
-        l->forces.integrator = SPRINGLS_EULER;
-        l->step.mode = SPRINGLS_ELASTIC;
+        l->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
+        l->step.mode = SPRINGLS_MODE_ELASTIC;
         l->step.dt = 1.0f;
         l->steps = 3;
         break;
@@ -241,7 +241,7 @@ FIXTURE void life_make(life *l, int which)
     case LIFE_STAGES: /* a cube grows until bricks lie in it that were on its border; holes are filled from the level set, by springls
                          that find their place among the others */
         l->forces = fixture_forces(life_outwards, NULL);
-        l->forces.integrator = SPRINGLS_EULER;
+        l->forces.integrator = SPRINGLS_INTEGRATOR_EULER;
         l->params.fill_from_springls = 0;
         l->step.dt = 0.86f;
         l->steps = 1;
@@ -457,7 +457,7 @@ FIXTURE springls_status disturb_with_parameters(springls_context *ctx, life *l, 
 
 FIXTURE springls_status disturb_with_modes(springls_context *ctx, life *l, int step)
 {
-    static const springls_mode modes[3] = { SPRINGLS_ADVECT_ONLY, SPRINGLS_ELASTIC, SPRINGLS_FLUID };
+    static const springls_mode modes[3] = { SPRINGLS_MODE_ADVECT_ONLY, SPRINGLS_MODE_ELASTIC, SPRINGLS_MODE_FLUID };
     (void)ctx;
     l->step.mode = modes[step % 3];
     l->step.one_to_one = step % 4 == 3;

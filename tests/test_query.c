@@ -187,7 +187,7 @@ TEST sampling_in_the_world(void)
         x[2] = (float)world_center[2] + r * n.z;
         ASSERT_EQ(SPRINGLS_OK, springls_sample_distance(ctx, x, 1, &d));
         ASSERT_EQ(SPRINGLS_OK, springls_sample_gradient(ctx, x, 1, g));
-        ASSERT_EQ(SPRINGLS_OK, springls_inside(ctx, x, 1, &inside));
+        ASSERT_EQ(SPRINGLS_OK, springls_sample_inside(ctx, x, 1, &inside));
         ASSERT_IN_RANGE(r - 12.0f, d, 0.03f);
         ASSERT_EQ(d < 0.0f, inside);
         length = sqrtf(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);

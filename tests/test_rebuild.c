@@ -185,7 +185,7 @@ TEST band_moves_with_the_surface(void)
     springls_context *ctx = fixture_context(48, NULL);
     float wind[3] = { 1.0f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.5f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
     int i, bricks;
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &sphere));
     CHECK_CALL(check_band(ctx, d3_make(15.5, 23.5, 23.5), 8.0));

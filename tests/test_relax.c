@@ -31,9 +31,9 @@ static double cubic(double x, double x0, double y0, double s0, double x1, double
 
 static double weight(const rules *r, double x)
 {
-    double peak = r->w == SPRINGLS_W_SPLINE_FAR ? r->d_max : 0.5 * r->d_max;
-    if (r->w == SPRINGLS_W_LINEAR) return x;
-    if (r->w == SPRINGLS_W_ATANH) return atanh(x > 0.999 ? 0.999 : x < -0.999 ? -0.999 : x);
+    double peak = r->w == SPRINGLS_WEIGHT_SPLINE_FAR ? r->d_max : 0.5 * r->d_max;
+    if (r->w == SPRINGLS_WEIGHT_LINEAR) return x;
+    if (r->w == SPRINGLS_WEIGHT_ATANH) return atanh(x > 0.999 ? 0.999 : x < -0.999 ? -0.999 : x);
     if (x <= 0.0) return x;
     if (x >= r->radius) return 0.0;
     return x < peak ? cubic(x, 0.0, 0.0, 1.0, peak, peak) : cubic(x, peak, peak, 0.0, r->radius, 0.0);
@@ -80,7 +80,7 @@ static d3 force(const rules *r, d3 q, const d3 *points, int count)
     }
     x = d3_length(c);
     if (x <= 1e-6) return d3_make(0.0, 0.0, 0.0);
-    return d3_scale(c, (r->h == SPRINGLS_H_LINEAR ? r->sharpness * x : tanh(r->sharpness * x)) / x);
+    return d3_scale(c, (r->h == SPRINGLS_THRESHOLD_LINEAR ? r->sharpness * x : tanh(r->sharpness * x)) / x);
 }
 
 /* A springl with its closest points held: three lengths and a rotation b, from which eq. 3 makes the vertices. */
@@ -174,8 +174,8 @@ TEST update_is_minus_the_gradient_of_eq7(void)
     fixture_springl *before;
     rules r;
     int i, m, pulled = 0;
-    p.threshold = SPRINGLS_H_LINEAR;
-    p.weight = SPRINGLS_W_LINEAR;
+    p.threshold = SPRINGLS_THRESHOLD_LINEAR;
+    p.weight = SPRINGLS_WEIGHT_LINEAR;
     p.torque = SPRINGLS_TORQUE_PHYSICAL;
     p.sharpness = 1.0f;
     p.kappa_ext = 0.7f;
@@ -213,8 +213,8 @@ TEST update_is_minus_the_gradient_of_eq14(void)
     fixture_springl *before;
     rules r;
     int i, m, pulled = 0;
-    p.threshold = SPRINGLS_H_LINEAR;
-    p.weight = SPRINGLS_W_LINEAR;
+    p.threshold = SPRINGLS_THRESHOLD_LINEAR;
+    p.weight = SPRINGLS_WEIGHT_LINEAR;
     p.torque = SPRINGLS_TORQUE_PHYSICAL;
     p.sharpness = 1.0f;
     p.kappa_ext = 1.0f;
@@ -252,8 +252,8 @@ TEST energy_falls(void)
     near_edge edges[3][MOST + 1];
     double before = DBL_MAX, first = 0.0;
     int steps, i, m, k, n[3] = { 0, 0, 0 };
-    p.threshold = SPRINGLS_H_LINEAR;
-    p.weight = SPRINGLS_W_LINEAR;
+    p.threshold = SPRINGLS_THRESHOLD_LINEAR;
+    p.weight = SPRINGLS_WEIGHT_LINEAR;
     p.torque = SPRINGLS_TORQUE_PHYSICAL;
     p.sharpness = 1.0f;
     p.relax_step_length = p.relax_step_rotation = 0.02f;
@@ -301,8 +301,8 @@ TEST splines_meet_their_conditions(void)
 {
     const float d_max = 0.5f, radius = 0.6f;
     int which;
-    for (which = SPRINGLS_W_SPLINE_FAR; which <= SPRINGLS_W_SPLINE_NEAR; which++) {
-        const float peak = which == SPRINGLS_W_SPLINE_FAR ? d_max : 0.5f * d_max, h = 1e-4f;
+    for (which = SPRINGLS_WEIGHT_SPLINE_FAR; which <= SPRINGLS_WEIGHT_SPLINE_NEAR; which++) {
+        const float peak = which == SPRINGLS_WEIGHT_SPLINE_FAR ? d_max : 0.5f * d_max, h = 1e-4f;
         float x;
 #define W(x) springls__weight(which, x, d_max, radius)
         ASSERT_EQ(0.0f, W(0.0f));
@@ -375,8 +375,8 @@ TEST every_rule_is_bounded(int threshold, int weight_kind)
     p.relax_iterations = 1;
     p.threshold = (springls_threshold)threshold;
     p.weight = (springls_weight)weight_kind;
-    strongest = weight_kind == SPRINGLS_W_ATANH ? atanh(0.999) : 1.0; /* of one neighbour, |W| */
-    most = threshold == SPRINGLS_H_TANH ? 1.0 : (double)p.sharpness * 8.0 * strongest;
+    strongest = weight_kind == SPRINGLS_WEIGHT_ATANH ? atanh(0.999) : 1.0; /* of one neighbour, |W| */
+    most = threshold == SPRINGLS_THRESHOLD_TANH ? 1.0 : (double)p.sharpness * 8.0 * strongest;
     ctx = fixture_context(16, &p);
     fixture_seed(15);
     fixture_random_soup(ctx, 200, 6.0f, 9.0f, 1.0f);
@@ -435,8 +435,8 @@ TEST equilibrium_stays_and_attracts(int torque)
     const double arm = 0.5, rest = 0.1, radius = 0.6;
     double gap;
     int m;
-    p.threshold = SPRINGLS_H_LINEAR;
-    p.weight = SPRINGLS_W_LINEAR;
+    p.threshold = SPRINGLS_THRESHOLD_LINEAR;
+    p.weight = SPRINGLS_WEIGHT_LINEAR;
     p.torque = (springls_torque)torque;
     p.sharpness = 1.0f;
     p.kappa_int = 0.5f;

@@ -177,7 +177,7 @@ TEST quadratic_halves_are_exact(void)
         springls_params p = springls_default_params();
         springls_context *ctx;
         int i, n = 0;
-        p.placement = rule ? SPRINGLS_PLACE_QUADRATIC : SPRINGLS_PLACE_COPY;
+        p.placement = rule ? SPRINGLS_PLACEMENT_QUADRATIC : SPRINGLS_PLACEMENT_COPY;
         p.split_edge = 1.1f;
         ctx = fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 9.0f);
         ASSERT_OK(springls_resample(ctx));

@@ -116,7 +116,7 @@ static springls_status turn(springls_context *ctx, int steps, rigid *motion)
     const double speed = 2.0 * fixture_pi / 150.0;
     springls_rotation_flow flow;
     springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     flow.center[0] = (float)the_box.center.x;
     flow.center[1] = (float)the_box.center.y;
     flow.center[2] = (float)the_box.center.z;
@@ -187,7 +187,7 @@ TEST box_stays_sharp_when_it_is_moved(void)
     double before = volume_of(ctx);
     float v[3] = { 0.317f, 0.211f, -0.157f };
     springls_forces forces = fixture_forces(fixture_wind, v);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     errors p, mesh, exact;
     rigid motion = at_rest;
     int leg, k;

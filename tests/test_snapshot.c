@@ -40,8 +40,8 @@ static springls_status scene_begin(scene *s, int which, const springls_tasks *ta
     springls_desc desc = fixture_desc(SIZE, empty ? NULL : &p);
     springls_sphere ball = fixture_ball(10.0f, 11.0f, 12.0f, 6.0f);
     springls_box box = { { 11.5f, 11.5f, 11.5f }, { 5.0f, 4.0f, 6.0f } };
-    springls_attribute_desc colour = {"colour", 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND},
-                            label = {"label", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY};
+    springls_attribute_desc colour = {"colour", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND},
+                            label = {"label", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY};
     int i;
     memset(s, 0, sizeof *s);
     p.resample_period = 3;
@@ -52,7 +52,7 @@ static springls_status scene_begin(scene *s, int which, const springls_tasks *ta
     s->flow.grid_size = (float)SIZE;
     s->flow.period = 3.0f;
     s->forces = fixture_forces(springls_velocity_deformation, &s->flow);
-    s->step = fixture_step(&s->forces, which == ELASTIC ? SPRINGLS_ELASTIC : SPRINGLS_FLUID, 0.03f);
+    s->step = fixture_step(&s->forces, which == ELASTIC ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID, 0.03f);
     SPRINGLS__TRY(springls_create(&desc, &s->ctx));
     if (empty) return SPRINGLS_OK;
     if (which == MESH) SPRINGLS__TRY(ball_mesh(s->ctx));
@@ -61,7 +61,7 @@ static springls_status scene_begin(scene *s, int which, const springls_tasks *ta
                                      : springls_set_implicit(s->ctx, springls_implicit_sphere, &ball));
     if (which == COMBINED) {
         springls_sphere bite = fixture_ball(14.0f, 11.0f, 12.0f, 4.0f);
-        SPRINGLS__TRY(springls_combine_implicit(s->ctx, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &bite));
+        SPRINGLS__TRY(springls_combine_implicit(s->ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &bite));
     }
     if (which == FLUID || which == MESH) {
         float *values = (float *)malloc(3 * (size_t)springls_count(s->ctx) * sizeof *values);
@@ -402,7 +402,7 @@ TEST restore_drops_the_step(void)
 TEST values_may_overflow(void)
 {
     springls_context *ctx = fixture_sphere(SIZE, NULL, 11.0f, 11.0f, 11.0f, 5.0f);
-    springls_attribute_desc amount = { "amount", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_SHARE };
+    springls_attribute_desc amount = { "amount", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_SHARE };
     springls_view view;
     float *values;
     block b;

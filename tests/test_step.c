@@ -71,10 +71,10 @@ TEST stages_run_in_order(int which, springls_mode mode, int one_to_one)
         const char *expected = "A";
         from = d.count;
         ASSERT_OK(springls_step(ctx, &step));
-        if (mode == SPRINGLS_FLUID && which == 0) expected = i % 5 || one_to_one ? "AREBEBEBEB" : "ARCSREBEBEBEBF";
-        if (mode == SPRINGLS_FLUID && which == 1) expected = i % 5 || one_to_one ? "ARP" : "ARPCSF";
-        if (mode == SPRINGLS_ELASTIC && which == 0) expected = one_to_one ? "AUEBEBEBEBR" : "AUEBEBEBEBRFCS";
-        if (mode == SPRINGLS_ELASTIC && which == 1) expected = one_to_one ? "AUEBEBEBPR" : "AUEBEBEBPRFCS";
+        if (mode == SPRINGLS_MODE_FLUID && which == 0) expected = i % 5 || one_to_one ? "AREBEBEBEB" : "ARCSREBEBEBEBF";
+        if (mode == SPRINGLS_MODE_FLUID && which == 1) expected = i % 5 || one_to_one ? "ARP" : "ARPCSF";
+        if (mode == SPRINGLS_MODE_ELASTIC && which == 0) expected = one_to_one ? "AUEBEBEBEBR" : "AUEBEBEBEBRFCS";
+        if (mode == SPRINGLS_MODE_ELASTIC && which == 1) expected = one_to_one ? "AUEBEBEBPR" : "AUEBEBEBPRFCS";
         ASSERT_STR_EQ(expected, stages_since(&d, from));
     }
     springls_destroy(ctx);
@@ -89,7 +89,7 @@ TEST stages_are_timed(int which)
     springls_context *ctx = traced(which, &d);
     float wind[3] = { 0.3f, 0.2f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_stats stats;
     double sum[SPRINGLS_STAGE_COUNT] = { 0.0 }, before[SPRINGLS_STAGE_COUNT];
     int open[16], inside[16], depth = 0, i;
@@ -190,7 +190,7 @@ TEST pressure_blows_it_up(int which)
     springls_params p = set_of(which);
     springls_context *ctx = fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 5.0f);
     springls_forces forces = fixture_forces(NULL, NULL);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.4f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.4f);
     springls_measures measures;
     springls_mesh mesh;
     int i;
@@ -239,7 +239,7 @@ TEST advect_only_leaves_phi(void)
     springls_context *ctx = fixture_sphere(32, NULL, 13.5f, 15.5f, 15.5f, 8.0f);
     float wind[3] = { 2.0f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_ADVECT_ONLY, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ADVECT_ONLY, 1.0f);
     float *before = fixture_phi(ctx), *after;
     fixture_springl *was = fixture_copy(ctx);
     int i, m;
@@ -265,7 +265,7 @@ TEST masked_springls_keep_their_shape(void)
     springls_context *ctx = fixture_sphere(32, NULL, 13.5f, 15.5f, 15.5f, 8.0f);
     float wind[3] = { 0.3f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     fixture_springl *was = fixture_copy(ctx);
     int i, m, count = springls_count(ctx), bent = 0;
     uint8_t *mask = (uint8_t *)malloc((size_t)count);
@@ -298,7 +298,7 @@ TEST free_springls_are_not_stopped(int which)
         springls_context *ctx = fixture_sphere(32, &p, 13.5f, 15.5f, 15.5f, 7.0f);
         float wind[3] = { 0.4f, 0.1f, 0.0f };
         springls_forces forces = fixture_forces(fixture_wind, wind);
-        springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+        springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
         step.stop_at_topology = stop;
         for (i = 0; i < 7; i++) ASSERT_OK(springls_step(ctx, &step));
         hash[stop] = springls_state_hash(ctx);
@@ -316,7 +316,7 @@ TEST step_is_as_long_as_allowed(float max_displacement)
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     springls_rotation_flow flow = { { 15.5f, 15.5f, 15.5f }, { 0.0f, 0.0f, 1.0f }, 3.0f };
     springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_ADVECT_ONLY, 0.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ADVECT_ONLY, 0.0f);
     double expected = max_displacement > 0.0f ? (double)max_displacement : 0.5;
     float speed;
     step.max_displacement = max_displacement;
@@ -335,7 +335,7 @@ TEST long_steps_are_cut(void)
     springls_context *ctx = fixture_sphere(40, NULL, 10.5f, 19.5f, 19.5f, 6.0f);
     float wind[3] = { 2.0f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 3.1f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 3.1f);
     step.max_displacement = 0.5f;
     ASSERT_OK(springls_step(ctx, &step));
     ASSERT_EQ(13, springls_get_stats(ctx).steps); /* 6.2 / 0.5 */
@@ -357,11 +357,11 @@ TEST phi_catches_up(float voxels)
     springls_context *ctx = fixture_sphere(56, NULL, 12.5f, 19.5f, 19.5f, 6.0f);
     float wind[3] = { 1.0f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_ADVECT_ONLY, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ADVECT_ONLY, 1.0f);
     springls_measures m;
     int i;
     for (i = 1; i < (int)voxels; i++) ASSERT_OK(springls_step(ctx, &step));
-    step.mode = SPRINGLS_FLUID;
+    step.mode = SPRINGLS_MODE_FLUID;
     ASSERT_OK(springls_step(ctx, &step));
     ASSERT_OK(springls_measure(ctx, &m));
     ASSERT_EQ(1, m.components);
@@ -378,7 +378,7 @@ TEST plate_turns_in_elastic_steps(float half)
     springls_box plate = { { 16.0f, 16.0f, 16.0f }, { 9.0f, 9.0f, 0.0f } };
     springls_rotation_flow flow = { { 16.0f, 16.0f, 16.0f }, { 0.0f, 0.0f, 1.0f }, 1.0f };
     springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_ELASTIC, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 1.0f);
     springls_measures before, after;
     plate.half[2] = half;
     step.max_displacement = 1.0f;
@@ -408,7 +408,7 @@ TEST sub_steps_follow_the_force(void)
 {
     springls_context *ctx = fixture_sphere(40, NULL, 10.5f, 19.5f, 19.5f, 6.0f);
     springls_forces forces = fixture_forces(growing, NULL);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     step.max_displacement = 1.5f; /* ten voxels in all, most of them late: at the start nothing moves */
     ASSERT_OK(springls_step(ctx, &step));
     ASSERT(springls_get_stats(ctx).steps >= 7 && springls_get_stats(ctx).steps <= 14);
@@ -427,7 +427,7 @@ TEST still_model_takes_no_time(void)
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     float still[3] = { 0.0f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, still);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.0f);
     ASSERT_OK(springls_step(ctx, &step));
     ASSERT_EQ(0.0, springls_time(ctx));
     ASSERT_EQ(0.0f, springls_get_stats(ctx).moved);
@@ -453,7 +453,7 @@ TEST forces_know_the_time(void)
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     float seen[2] = { 1e9f, -1e9f };
     springls_forces forces = fixture_forces(calendar, seen);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_ADVECT_ONLY, 0.5f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ADVECT_ONLY, 0.5f);
     springls_set_time(ctx, 4.0);
     ASSERT_OK(springls_step(ctx, &step));
     ASSERT_EQ(4.0f, seen[0]);
@@ -497,7 +497,7 @@ TEST run_reports_and_can_be_cancelled(void)
     springls_context *ctx = reported(&r);
     float wind[3] = { 0.4f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     uint64_t third;
     int i;
     for (i = 0; i < 3; i++) ASSERT_OK(springls_step(ctx, &step));
@@ -540,7 +540,7 @@ TEST run_stops_when_nothing_moves(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 6.0f);
     springls_forces forces = fixture_forces(NULL, NULL);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.4f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.4f);
     springls_stats stats;
     forces.pressure = towards_radius;
     step.one_to_one = true;
@@ -596,7 +596,7 @@ TEST whole_sub_steps_stay(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     springls_forces forces = fixture_forces(late_failure, NULL);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     step.max_displacement = 0.45f; /* of sqrt(3): four sub-steps, of which the third fails */
     ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_step(ctx, &step));
     ASSERT_EQ(2, springls_get_stats(ctx).steps);
@@ -612,7 +612,7 @@ TEST nonsense_is_refused(void)
     float wind[3] = { 0.1f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
     const float bad[4] = { -1.0f, NAN, INFINITY, -INFINITY };
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.5f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
     uint64_t before = springls_state_hash(ctx);
     int i;
     for (i = 0; i < 4; i++) {
@@ -626,7 +626,7 @@ TEST nonsense_is_refused(void)
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step(ctx, NULL));
     step.mode = (springls_mode)17;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step(ctx, &step));
-    step.mode = SPRINGLS_FLUID;
+    step.mode = SPRINGLS_MODE_FLUID;
     step.forces = NULL;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step(ctx, &step));
     ASSERT(before == springls_state_hash(ctx));
@@ -641,18 +641,18 @@ SUITE(step)
 {
     int which, bad;
     for (which = 0; which < 2; which++) {
-        RUN_TESTp(stages_run_in_order, which, SPRINGLS_FLUID, 0);
-        RUN_TESTp(stages_run_in_order, which, SPRINGLS_FLUID, 1);
-        RUN_TESTp(stages_run_in_order, which, SPRINGLS_ELASTIC, 0);
-        RUN_TESTp(stages_run_in_order, which, SPRINGLS_ELASTIC, 1);
-        RUN_TESTp(stages_run_in_order, which, SPRINGLS_ADVECT_ONLY, 0);
+        RUN_TESTp(stages_run_in_order, which, SPRINGLS_MODE_FLUID, 0);
+        RUN_TESTp(stages_run_in_order, which, SPRINGLS_MODE_FLUID, 1);
+        RUN_TESTp(stages_run_in_order, which, SPRINGLS_MODE_ELASTIC, 0);
+        RUN_TESTp(stages_run_in_order, which, SPRINGLS_MODE_ELASTIC, 1);
+        RUN_TESTp(stages_run_in_order, which, SPRINGLS_MODE_ADVECT_ONLY, 0);
         RUN_TESTp(stages_are_timed, which);
-        RUN_TESTp(wind_carries_the_model, which, SPRINGLS_FLUID, 0.4f, 20);
-        RUN_TESTp(wind_carries_the_model, which, SPRINGLS_ELASTIC, 0.4f, 20);
-        RUN_TESTp(wind_carries_the_model, which, SPRINGLS_ELASTIC, 4.0f, 2);
+        RUN_TESTp(wind_carries_the_model, which, SPRINGLS_MODE_FLUID, 0.4f, 20);
+        RUN_TESTp(wind_carries_the_model, which, SPRINGLS_MODE_ELASTIC, 0.4f, 20);
+        RUN_TESTp(wind_carries_the_model, which, SPRINGLS_MODE_ELASTIC, 4.0f, 2);
         RUN_TESTp(pressure_blows_it_up, which);
-        RUN_TESTp(one_to_one_keeps_them, which, SPRINGLS_FLUID);
-        RUN_TESTp(one_to_one_keeps_them, which, SPRINGLS_ELASTIC);
+        RUN_TESTp(one_to_one_keeps_them, which, SPRINGLS_MODE_FLUID);
+        RUN_TESTp(one_to_one_keeps_them, which, SPRINGLS_MODE_ELASTIC);
         RUN_TESTp(free_springls_are_not_stopped, which);
     }
     RUN_TEST(stages_have_names);
@@ -671,9 +671,9 @@ SUITE(step)
     RUN_TEST(run_reports_and_can_be_cancelled);
     RUN_TEST(run_stops_when_nothing_moves);
     for (bad = 0; bad < 3; bad++) {
-        RUN_TESTp(bad_forces_leave_the_model, bad, SPRINGLS_FLUID, 0.5f);
-        RUN_TESTp(bad_forces_leave_the_model, bad, SPRINGLS_FLUID, 0.0f);
-        RUN_TESTp(bad_forces_leave_the_model, bad, SPRINGLS_ELASTIC, 0.5f);
+        RUN_TESTp(bad_forces_leave_the_model, bad, SPRINGLS_MODE_FLUID, 0.5f);
+        RUN_TESTp(bad_forces_leave_the_model, bad, SPRINGLS_MODE_FLUID, 0.0f);
+        RUN_TESTp(bad_forces_leave_the_model, bad, SPRINGLS_MODE_ELASTIC, 0.5f);
     }
     RUN_TEST(whole_sub_steps_stay);
     RUN_TEST(nonsense_is_refused);

@@ -43,9 +43,9 @@ static springls_status scene_begin(scene *s, int which)
     s->flow.period = 3.0f;
     s->forces = fixture_forces(springls_velocity_deformation, &s->flow);
     s->step = fixture_step(&s->forces,
-                           which == ELASTIC || which == ELASTIC_PAPER ? SPRINGLS_ELASTIC
-                               : which == ONLY_ADVECT                 ? SPRINGLS_ADVECT_ONLY
-                                                                      : SPRINGLS_FLUID,
+                           which == ELASTIC || which == ELASTIC_PAPER ? SPRINGLS_MODE_ELASTIC
+                               : which == ONLY_ADVECT                 ? SPRINGLS_MODE_ADVECT_ONLY
+                                                                      : SPRINGLS_MODE_FLUID,
                            0.03f);
     if (which == CUT) {
         s->step.dt = 0.12f;
@@ -66,7 +66,7 @@ static springls_status look_around(springls_context *ctx)
     uint8_t inside[2];
     springls_hit hit[2];
     SPRINGLS__TRY(springls_sample_distance(ctx, points, 2, out));
-    SPRINGLS__TRY(springls_inside(ctx, points, 2, inside));
+    SPRINGLS__TRY(springls_sample_inside(ctx, points, 2, inside));
     SPRINGLS__TRY(springls_closest(ctx, points, 2, hit));
     if (hit[0].springl < 0 || hit[0].springl >= springls_count(ctx)
         || springls_view_particles(ctx).count != springls_count(ctx))
@@ -182,7 +182,7 @@ static springls_status end_by(scene *s, ender which)
     springls_chunks *chunks;
     const springls_chunk *changed;
     springls_sphere bite = fixture_ball(13.0f, 12.0f, 12.0f, 4.0f);
-    springls_attribute_desc heat = { "heat", 1, SPRINGLS_COPY, SPRINGLS_COPY, SPRINGLS_COPY };
+    springls_attribute_desc heat = { "heat", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
     springls_status status = SPRINGLS_OK;
     float speed;
     size_t size;
@@ -207,7 +207,7 @@ static springls_status end_by(scene *s, ender which)
         return status;
     case BY_SNAPSHOT: return springls_snapshot(ctx, SPRINGLS_SNAPSHOT_ALL, NULL, 0, &size);
     case BY_OFFSET: return springls_offset(ctx, 0.5f);
-    case BY_COMBINING: return springls_combine_implicit(ctx, SPRINGLS_DIFFERENCE, springls_implicit_sphere, &bite);
+    case BY_COMBINING: return springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &bite);
     case BY_ATTRIBUTE: return springls_add_attribute(ctx, &heat, NULL, NULL);
     default: return springls_step_begin(ctx, &s->step);
     }

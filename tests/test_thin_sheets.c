@@ -22,7 +22,7 @@ static springls_status out_and_back(const springls_params *p, outcome *out)
     springls_context *ctx = fixture_sphere(GRID, p, 0.35f * n, 0.35f * n, 0.35f * n, 0.15f * n);
     springls_deformation_flow flow;
     springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 2.5f / (float)STEPS);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 2.5f / (float)STEPS);
     springls_status status = SPRINGLS_OK;
     springls_measures first, m;
     int i, count;
@@ -118,10 +118,10 @@ static int deep_springls(springls_context *ctx, float depth)
 /* Components without specks, those of less than ten voxels. */
 static int bodies(springls_context *ctx)
 {
-    springls__parts parts;
+    springls__volume_components parts;
     int i, n = 0;
     fixture_here(ctx);
-    if (springls__find_parts(ctx, &parts) != SPRINGLS_OK) return -1;
+    if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
     for (i = 0; i < parts.count; i++) n += !springls__is_speck(parts.part[i].volume);
     return n;
 }
@@ -133,7 +133,7 @@ TEST spheres_merge(void)
     squeeze flow = { 23.5f, -16.8f, 2.4f };
     springls_context *ctx = make_dumbbell(&shape);
     springls_forces forces = fixture_forces(squeeze_velocity, &flow);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.0125f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.0125f);
     springls_measures m;
     int i;
     step.max_displacement = 1.0f;
@@ -157,7 +157,7 @@ TEST a_thread_breaks(void)
     squeeze flow = { 23.5f, 16.8f, 2.4f };
     springls_context *ctx = make_dumbbell(&shape);
     springls_forces forces = fixture_forces(squeeze_velocity, &flow);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.0125f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.0125f);
     springls_measures first, m;
     int i;
     step.max_displacement = 1.0f;

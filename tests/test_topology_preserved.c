@@ -29,7 +29,7 @@ TEST merging_is_a_choice(int which, int preserved, int stop)
     springls_params p = which ? springls_default_params() : springls_paper_params();
     springls_context *ctx;
     springls_forces forces = fixture_forces(together, NULL);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     fixture_topology topology;
     int i;
     p.topology = preserved ? SPRINGLS_TOPOLOGY_PRESERVED : SPRINGLS_TOPOLOGY_FREE;
@@ -73,7 +73,7 @@ TEST topology_survives_storms(int which, int seed)
     springls_context *ctx;
     weather w;
     springls_forces forces = fixture_forces(storm, &w);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.5f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
     fixture_topology first, now;
     springls_measures measures;
     float *phi = (float *)malloc(32 * 32 * 32 * sizeof *phi);
@@ -131,7 +131,7 @@ TEST springls_stop(void)
         springls_params p = springls_default_params();
         springls_context *ctx;
         springls_forces forces = fixture_forces(NULL, NULL);
-        springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+        springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
         int i;
         forces.affine = through;
         p.topology = SPRINGLS_TOPOLOGY_PRESERVED;

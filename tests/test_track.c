@@ -98,7 +98,7 @@ TEST new_springls_ask_their_neighbours(void)
     ctx = field(&p, &fresh);
     fixture_seed(72);
     for (i = 0; i < fresh; i++) fixture_here(ctx)->set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
-    ASSERT_OK(fixture_stage(ctx, springls__cells_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
     for (i = 0; i < fresh; i++) { /* within R: some vertex or the particle is that close to the other's triangle */
         fixture_springl s = fixture_get(ctx, i), f = fixture_get(ctx, fresh);
         double d = DBL_MAX;
@@ -132,7 +132,7 @@ TEST the_range_grows(void)
     fixture_add(ctx, springls__v3_make(5.0f, 5.0f, 5.0f), springls__v3_make(6.0f, 5.0f, 5.0f), springls__v3_make(5.0f, 6.0f, 5.0f));
     fixture_add(ctx, springls__v3_make(12.0f, 5.0f, 5.0f), springls__v3_make(13.0f, 5.0f, 5.0f), springls__v3_make(12.0f, 6.0f, 5.0f));
     ctx->model.set.a[0] = springls__v3_make(1.0f, 2.0f, 3.0f);
-    ASSERT_OK(fixture_stage(ctx, springls__cells_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
     a = springls__adopt_correspondence(&ctx->model, ctx->model.set.s[1], 1);
     ASSERT_EQ(1.0f, a.x);
     ASSERT_EQ(2.0f, a.y);

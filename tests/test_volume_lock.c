@@ -61,7 +61,7 @@ TEST a_ball_cannot_shrink(void)
         springls_context *ctx = fixture_sphere(40, &params, middle, middle, middle, 10.0f);
         sinks s;
         springls_forces forces = fixture_forces(shrink, &s);
-        springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+        springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
         double before = volume_of(ctx, 1), after;
         s.ball[0] = fixture_ball(middle, middle, middle, 10.0f);
         s.count = 1;
@@ -111,7 +111,7 @@ TEST each_keeps_its_own(void)
     pair p = far_pair();
     sinks s;
     springls_forces forces = fixture_forces(shrink, &s);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     double before, after;
     ASSERT_OK(springls_set_implicit(ctx, two_balls, &p));
     before = volume_of(ctx, 2);
@@ -145,10 +145,10 @@ static void squeeze(void *user, const float *x, int count, float time, float *v)
 /* Components but for specks, which mergers leave behind. */
 static int large_parts(springls_context *ctx)
 {
-    springls__parts parts;
+    springls__volume_components parts;
     int i, large = 0;
     fixture_here(ctx);
-    if (springls__find_parts(ctx, &parts) != SPRINGLS_OK) return -1;
+    if (springls__find_components(ctx, &parts) != SPRINGLS_OK) return -1;
     for (i = 0; i < parts.count; i++) large += !springls__is_speck(parts.part[i].volume);
     return large;
 }
@@ -161,7 +161,7 @@ TEST mergers_add_up_and_parts_share(void)
     pair p = far_pair();
     float speed = 0.25f;
     springls_forces forces = fixture_forces(squeeze, &speed);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     springls_measures m;
     double before;
     int i;
@@ -193,7 +193,7 @@ TEST in_either_mode(void)
     springls_context *ctx = fixture_sphere(32, &params, 4.0f, 15.3f, 15.6f, 9.0f);
     float speed = 0.2f;
     springls_forces forces = fixture_forces(squeeze, &speed);
-    springls_step_desc step = fixture_step(&forces, SPRINGLS_ELASTIC, 1.0f);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 1.0f);
     double before = volume_of(ctx, 1);
     ASSERT_OK(springls_run(ctx, &step, 10));
     ASSERT_IN_RANGE(before, volume_of(ctx, 1), 1e-4 * before);
@@ -213,7 +213,7 @@ TEST work_may_be_cut(void)
         pair p = far_pair();
         float speed = 0.25f;
         springls_forces forces = fixture_forces(squeeze, &speed);
-        springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 1.0f);
+        springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
         springls_context *ctx;
         if (cut) desc.tasks = fixture_tasks(&workers, 5, FIXTURE_THREADS);
         ASSERT_OK(springls_create(&desc, &ctx));
@@ -237,7 +237,7 @@ TEST refused_memory_is_reported(void)
         springls_sphere ball = fixture_ball(11.3f, 11.6f, 11.4f, 6.0f);
         float speed = 0.2f;
         springls_forces forces = fixture_forces(squeeze, &speed);
-        springls_step_desc step = fixture_step(&forces, SPRINGLS_FLUID, 0.5f);
+        springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
         springls_context *ctx;
         springls_status status;
         desc.allocator = fixture_allocator(&heap);

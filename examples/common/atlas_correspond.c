@@ -1,7 +1,7 @@
 /* atlas_correspond.c - a template's springls are laid on a subject: springl i of the template is springl i there.
  *
  * 1. pose: rotation, translation and scale (surface_register).
- * 2. Springls move like a mesh (SPRINGLS_ADVECT_ONLY). What pushes them is the subject's signed distance at the place where
+ * 2. Springls move like a mesh (SPRINGLS_MODE_ADVECT_ONLY). What pushes them is the subject's signed distance at the place where
  *    each is now; smoothness makes one displacement of it (warp_fit), which comes to springls as an affine map A(p, a): a, the
  *    correspondence, says where on the template a springl was, hence which displacement is its own (eq. 1, section 4.2).
  * 3. Algorithm 2 with one_to_one, pressure = minus the signed distance: springls and level set settle on the surface. The
@@ -263,8 +263,8 @@ static void look_at_centers(const struct atlas_template *template, float *now, f
 
 static bool move_like_a_mesh(struct atlas_template *template, struct way *way)
 {
-    const springls_forces push = {.affine = displace, .user = way, .integrator = SPRINGLS_EULER};
-    const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_ADVECT_ONLY, .dt = 1.0f, .one_to_one = true};
+    const springls_forces push = {.affine = displace, .user = way, .integrator = SPRINGLS_INTEGRATOR_EULER};
+    const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_ADVECT_ONLY, .dt = 1.0f, .one_to_one = true};
     const size_t count = 3 * (size_t)template->center_count;
     float *now = malloc(2 * count * sizeof *now);
     bool good = now || atlas_no_memory();
@@ -281,8 +281,8 @@ static bool move_like_a_mesh(struct atlas_template *template, struct way *way)
 
 static bool settle(struct atlas_template *template, struct way *way, int *steps)
 {
-    const springls_forces push = {.pressure = press, .user = way, .integrator = SPRINGLS_EULER};
-    const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_FLUID, .dt = 0.5f, .max_displacement = 0.5f,
+    const springls_forces push = {.pressure = press, .user = way, .integrator = SPRINGLS_INTEGRATOR_EULER};
+    const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_FLUID, .dt = 0.5f, .max_displacement = 0.5f,
                                      .one_to_one = true};
     bool good = atlas_check(template->ctx, springls_unsigned_to_signed(template->ctx), "level set"), moving = true;
     for (int s = 0; good && moving && s < SETTLE_STEPS; ++s) {

@@ -152,9 +152,9 @@ static bool start_springls(struct atlas_segment *run, const struct field *field)
 static bool settle(struct atlas_segment *run, struct field *field)
 {
     const struct atlas_segment_settings *set = &run->settings;
-    springls_forces forces = {.curvature_weight = (float)set->curvature, .integrator = SPRINGLS_EULER, .user = field};
+    springls_forces forces = {.curvature_weight = (float)set->curvature, .integrator = SPRINGLS_INTEGRATOR_EULER, .user = field};
     const springls_step_desc step = {
-        .forces = &forces, .mode = SPRINGLS_FLUID, .dt = speed, .max_displacement = 0.75f, .stop_at_topology = true};
+        .forces = &forces, .mode = SPRINGLS_MODE_FLUID, .dt = speed, .max_displacement = 0.75f, .stop_at_topology = true};
     struct segment_watch watch;
     struct progress bar;
     float moving = 1.0f;
@@ -263,7 +263,7 @@ static bool fill_mask(const struct volume *grid, const springls_params *params, 
                 const float index[3] = {(float)i, (float)j, (float)k};
                 volume_index_to_world(grid, index, points + 3 * i);
             }
-            good = atlas_check(ctx, springls_inside(ctx, points, grid->dims[0],
+            good = atlas_check(ctx, springls_sample_inside(ctx, points, grid->dims[0],
                                                     mask + row * ((size_t)j + (size_t)grid->dims[1] * (size_t)k)), "mask");
         }
     }

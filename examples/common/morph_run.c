@@ -205,8 +205,8 @@ static float *channel_values(const struct morph *morph)
 /* The same weights as an attribute channel of the springls, blended where they split and fill: beside the look-up, to compare. */
 static bool add_channels(struct morph *morph)
 {
-    const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_BLEND, SPRINGLS_BLEND,
-                                          SPRINGLS_BLEND};
+    const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND,
+                                          SPRINGLS_POLICY_BLEND};
     float *values = channel_values(morph);
     const bool good = values ? morph_check(morph->ctx, springls_add_attribute(morph->ctx, &desc, values, NULL), "bone weights")
                              : morph_no_memory();
@@ -331,9 +331,9 @@ static bool skin_step(struct morph *morph)
     memset(&step, 0, sizeof step);
     forces.affine = skin_springls;
     forces.user = &skinning;
-    forces.integrator = SPRINGLS_EULER; /* a displacement, not a velocity */
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* a displacement, not a velocity */
     step.forces = &forces;
-    step.mode = SPRINGLS_ELASTIC;
+    step.mode = SPRINGLS_MODE_ELASTIC;
     step.dt = 1.0f;
     return morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
 }
@@ -370,7 +370,7 @@ static bool contour_steps(struct morph *morph)
     memset(&step, 0, sizeof step);
     forces.pressure_grid.data = morph->pressure;
     step.forces = &forces;
-    step.mode = SPRINGLS_FLUID;
+    step.mode = SPRINGLS_MODE_FLUID;
     step.dt = 1.0f;
     step.stop_at_topology = morph->settings.preserve;
     return morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour");

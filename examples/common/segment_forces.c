@@ -151,7 +151,7 @@ springls_forces segment_forces(struct segment *run)
     forces.pressure_grid.data = run->push.data;
     forces.pressure_grid.grid = segment_model_grid(&run->push);
     forces.curvature_weight = (float)run->settings.curvature;
-    forces.integrator = SPRINGLS_EULER; /* the way does not matter, only where it ends */
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* the way does not matter, only where it ends */
     segment_voxel_map(&run->grid, &run->push, run->push_map);
     if (run->flow.field) {
         segment_voxel_map(&run->grid, &run->flow.grid, run->flow_map);

@@ -89,7 +89,7 @@ static bool settle(struct segment *run, struct progress *bar)
     bool fine = region_follows(run) && segment_forces_update(run);
     const springls_forces forces = segment_forces(run);
     step.forces = &forces;
-    step.mode = SPRINGLS_FLUID;
+    step.mode = SPRINGLS_MODE_FLUID;
     step.dt = (float)set->speed; /* a push of 1 moves by this many voxels */
     const float fastest = step.dt * (segment_fastest(run) + 2.0f * forces.curvature_weight); /* curvature is clamped at 2 */
     step.max_displacement = fastest > 0.75f ? 0.75f : 0.0f; /* cut into sub-steps; below that without a look at speeds */

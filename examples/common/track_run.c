@@ -27,9 +27,9 @@ bool track_move(struct track *track, const struct track_motion *motion, int step
     if (good) {
         forces.velocity_grid = track_velocity(track, &motion->part, values);
     }
-    forces.integrator = SPRINGLS_EULER; /* a displacement, not a velocity */
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* a displacement, not a velocity */
     step.forces = &forces;
-    step.mode = SPRINGLS_ELASTIC;
+    step.mode = SPRINGLS_MODE_ELASTIC;
     step.dt = 1.0f;
     step.one_to_one = true;
     for (int s = 0; good && s < steps; ++s) {

@@ -11,7 +11,7 @@
 #define COLOR "color"          /* the name of the attribute */
 #define BODY_SHARE (2.0 / 3.0) /* of the grid's side: the rest is room to drag and inflate into */
 
-static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_BLEND, SPRINGLS_BLEND, SPRINGLS_BLEND};
+static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND};
 
 static bool refuse(struct viewer_model *model, const char *text)
 {
@@ -112,7 +112,7 @@ static bool take_colors(struct viewer_model *model, const struct mesh *mesh, con
     float *values = malloc(3 * (size_t)count * sizeof *values);
     springls_status status = places && values ? springls_springl_materials(model->ctx, places) : SPRINGLS_OUT_OF_MEMORY;
     if (status == SPRINGLS_OK) {
-        status = springls_lookup(places, count, mesh->colors, 3, triangles, (int)mesh->triangle_count, values);
+        status = springls_interpolate_material(places, count, mesh->colors, 3, triangles, (int)mesh->triangle_count, values);
     }
     if (status == SPRINGLS_OK) {
         status = springls_add_attribute(model->ctx, &color_attribute, values, &model->colors);

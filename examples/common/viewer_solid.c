@@ -40,12 +40,12 @@ bool viewer_subtract(struct viewer_model *model, const struct viewer_cut *cut)
     if (!good) {
         snprintf(model->error, sizeof model->error, "the cut misses the grid: %.200s", knife.error);
     }
-    good = good && viewer_model_combine(model, SPRINGLS_DIFFERENCE, &knife);
+    good = good && viewer_model_combine(model, SPRINGLS_OPERATION_DIFFERENCE, &knife);
     viewer_model_free(&knife);
     return good;
 }
 
 bool viewer_merge(struct viewer_model *model, struct viewer_model *second)
 {
-    return viewer_model_combine(model, SPRINGLS_UNION, second);
+    return viewer_model_combine(model, SPRINGLS_OPERATION_UNION, second);
 }
