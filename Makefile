@@ -29,8 +29,8 @@ NIFTI         = -isystem /usr/include/nifti
 EXAMPLE_LIBS  = -Wl,--as-needed -lassimp -lnifti2 -lznz -lteem -lz -llapacke -lcjson -lglfw -lepoxy -lm -pthread
 TEST_LIBS     = -lm -pthread
 
-PARTS_FILES  := $(wildcard src/*.h kernels_embed/*.h)
-KERNEL_FILES := $(sort $(wildcard kernels_embed/*.cl))
+PARTS_FILES  := $(wildcard src/*.h src/*/*.h kernels_embed/*/*.h)
+KERNEL_FILES := $(addprefix kernels_embed/device/,collectives.cl regions.cl entry_points.cl)
 COMMON       := $(patsubst examples/common/%.c,build/common/%.o,$(wildcard examples/common/*.c))
 # What of examples/common stands on the library; the rest of it knows nothing of springls.
 ON_SPRINGLS  := $(filter-out %/segment_image.c,$(wildcard $(addprefix examples/common/,atlas*.c benchmark*.c model_*.c morph*.c run_options.c segment*.c track*.c viewer*.c)))

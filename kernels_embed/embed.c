@@ -5,7 +5,7 @@
    1. Quoted includes are replaced by the file they name (relative to the including file), under a banner with a
       greppable tag. <system> includes stay. A part with an include guard is taken once; one without, as often as C would.
    2. The line  SPRINGLS__EMBED_KERNELS in a comment of its own  becomes the OpenCL program text, one string literal a
-      line: every part that lies in kernels_embed/, then the .cl files of the command line in alphabetical order. #line
+      line: every part that lies in kernels_embed/, then the .cl files of the command line in their order. #line
       directives in that text point into springls.h, so the build log of an OpenCL driver does too.
    3. The line  SPRINGLS__NAMESPACE_RENAMES in a comment of its own  becomes one #define for each function that is
       declared with SPRINGLS_API, so no function can be forgotten there.
@@ -237,11 +237,11 @@ static char *tag_of(const char *path)
     return copy(base, dot ? (size_t)(dot - base) : strlen(base));
 }
 
+/* The path leads through kernels_embed/. */
 static int is_maths(const char *path)
 {
-    size_t folder = strlen(path) - strlen(base_name(path)), n = strlen(MATHS_FOLDER);
-    return folder >= n && memcmp(path + folder - n, MATHS_FOLDER, n) == 0
-        && (folder == n || path[folder - n - 1] == '/');
+    const char *found = strstr(path, MATHS_FOLDER);
+    return found && (found == path || found[-1] == '/');
 }
 
 /* ---- step 1: the parts in reading order ---- */
@@ -511,8 +511,6 @@ static void add_head(void)
     product = head;
 }
 
-static int by_name(const void *a, const void *b) { return strcmp(*(char *const *)a, *(char *const *)b); }
-
 int main(int argc, char **argv)
 {
     long marker;
@@ -528,7 +526,6 @@ int main(int argc, char **argv)
     if (marker >= 0) replace_line((size_t)marker, namespace_renames());
     marker = find_marker(KERNELS_MARKER);
     if (marker >= 0) {
-        qsort(argv + 2, (size_t)argc - 2, sizeof *argv, by_name);
         replace_line((size_t)marker, kernel_literals((size_t)marker, argv + 2, argc - 2));
     } else if (argc > 2) {
         die("no part holds the line %s that %s is for", KERNELS_MARKER, argv[2]);

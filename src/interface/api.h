@@ -108,7 +108,7 @@ typedef struct springls_trace {
 
 /* ---- >>parameters --------------------------------------------------------------------------------------------- */
 
-#include "../kernels_embed/params.h"
+#include "../../kernels_embed/model/parameters.h"
 
 /* What we recommend: accurate tracking, topology change and speed at once. */
 SPRINGLS_API springls_params springls_default_params(void);
