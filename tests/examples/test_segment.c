@@ -1,5 +1,5 @@
 /* What examples/segment.c shares in examples/common: grids over an image, blur, thresholds, pressure, parts, distances,
- * the rule by which springls are at rest, and --set. Compiled like test_examples_common.c, else skipped. */
+ * the rule by which springls are at rest, and --set. Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -21,10 +21,10 @@ int main(int argc, char **argv)
 
 #include "springls_under_test.h"
 
-#include "../examples/common/segment_image.h"
+#include "../../examples/common/segment_image.h"
 /* These stand on the library, which is private to this file. */
-#include "../examples/common/run_options.c"
-#include "../examples/common/segment_model.c"
+#include "../../examples/common/run_options.c"
+#include "../../examples/common/segment_model.c"
 
 /* An image 12 x 10 x 8 with voxels of 1 x 2 x 3 mm, turned about z and mirrored in z. */
 static bool make_image(struct volume *image)

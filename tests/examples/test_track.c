@@ -1,6 +1,6 @@
 /* examples/track4d.c from the command line to its report: a made motion followed exactly and by registration, steps of any
  * size, two files on grids of their own, fields of files, wrong usage; and the beating heart of SPRINGLS_DATA, where that is
- * set. Compiled like test_examples_common.c, else skipped. */
+ * set. Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -22,19 +22,19 @@ int main(int argc, char **argv)
 
 /* The program and what of examples/common stands on the library, which is private to this file. */
 #define main track4d_main
-#include "../examples/track4d.c"
+#include "../../examples/track4d.c"
 #undef main
-#include "../examples/common/track_input.c"
-#include "../examples/common/track_motion.c"
-#include "../examples/common/track_output.c"
-#include "../examples/common/track_run.c"
+#include "../../examples/common/track_input.c"
+#include "../../examples/common/track_motion.c"
+#include "../../examples/common/track_output.c"
+#include "../../examples/common/track_run.c"
 #define compare compare_step
-#include "../examples/common/track_steps.c"
+#include "../../examples/common/track_steps.c"
 #undef compare
-#include "../examples/common/atlas_pictures.c"
-#include "../examples/common/model_pictures.c"
-#include "../examples/common/run_options.c"
-#include "../examples/common/segment_model.c"
+#include "../../examples/common/atlas_pictures.c"
+#include "../../examples/common/model_pictures.c"
+#include "../../examples/common/run_options.c"
+#include "../../examples/common/segment_model.c"
 
 #include <sys/stat.h>
 #include <unistd.h>

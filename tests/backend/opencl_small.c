@@ -1,4 +1,4 @@
-/* opencl_small.c LIBRARY - a tiny model through every stage on a device, for a simulator that looks at every access (tests/oclgrind.sh):
+/* opencl_small.c LIBRARY - a tiny model through every stage on a device, for a simulator that looks at every access (tests/backend/oclgrind.sh):
    work items of a group share a brick, as on a GPU. Prints the state's hash; it is the scalar one. */
 #include "histories.h"
 #include "springls_cl.h"

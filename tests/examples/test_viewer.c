@@ -1,4 +1,4 @@
-/* examples/viewer.c: tools on a model and events without a window; scripts and pictures on a virtual display, where there is one. Compiled like test_examples_common.c, else skipped. */
+/* examples/viewer.c: tools on a model and events without a window; scripts and pictures on a virtual display, where there is one. Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -20,22 +20,22 @@ int main(int argc, char **argv)
 
 /* The program and what of examples/common stands on the library, which is private to this file. */
 #define main viewer_main
-#include "../examples/viewer.c"
+#include "../../examples/viewer.c"
 #undef main
-#include "../examples/common/run_options.c"
-#include "../examples/common/viewer_app.c"
-#include "../examples/common/viewer_bench.c"
-#include "../examples/common/viewer_camera.c"
-#include "../examples/common/viewer_file.c"
-#include "../examples/common/viewer_gl.c"
-#include "../examples/common/viewer_history.c"
-#include "../examples/common/viewer_model.c"
-#include "../examples/common/viewer_scene.c"
-#include "../examples/common/viewer_script.c"
-#include "../examples/common/viewer_solid.c"
-#include "../examples/common/viewer_text.c"
-#include "../examples/common/viewer_tools.c"
-#include "../examples/common/viewer_window.c"
+#include "../../examples/common/run_options.c"
+#include "../../examples/common/viewer_app.c"
+#include "../../examples/common/viewer_bench.c"
+#include "../../examples/common/viewer_camera.c"
+#include "../../examples/common/viewer_file.c"
+#include "../../examples/common/viewer_gl.c"
+#include "../../examples/common/viewer_history.c"
+#include "../../examples/common/viewer_model.c"
+#include "../../examples/common/viewer_scene.c"
+#include "../../examples/common/viewer_script.c"
+#include "../../examples/common/viewer_solid.c"
+#include "../../examples/common/viewer_text.c"
+#include "../../examples/common/viewer_tools.c"
+#include "../../examples/common/viewer_window.c"
 
 #include <signal.h>
 #include <sys/wait.h>

@@ -1,4 +1,4 @@
-/* test_omega.c - the unsigned level set (eq. 21) and the distances it is made of, against double precision. */
+/* test_unsigned_distance.c - the unsigned level set (eq. 21) and the distances it is made of, against double precision. */
 #include "fixtures.h"
 
 static springls__tri random_triangle(int kind)

@@ -1,4 +1,4 @@
-/* test_sharp_edges.c - boxes and slots stay sharp (params.keep_edges): measured against the exact shape, turned and moved. */
+/* test_keep_edges.c - boxes and slots stay sharp (params.keep_edges): measured against the exact shape, turned and moved. */
 #include "fixtures.h"
 
 /* A body moved rigidly: what is at x now was at back(x) at the start. */

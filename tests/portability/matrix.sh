@@ -3,7 +3,7 @@
 # them? A check passes when its commands succeed and say nothing.
 # From the repository's root. The last line is "N passed, N failed".
 set -u
-here=tests/compile
+here=tests/portability
 out=build/compile
 warnings='-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror -ffp-contract=off -I.'
 rm -rf $out; mkdir -p $out

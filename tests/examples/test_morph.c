@@ -1,6 +1,6 @@
 /* examples/morph.c and what it stands on: skinning against matrices made by hand, skeletons brought together, heat weights on a
  * tube, glTF files read back, meshes that cut themselves, malformed files, and the program from the command line to its report.
- * Compiled like test_examples_common.c, else skipped. */
+ * Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -22,16 +22,16 @@ int main(int argc, char **argv)
 
 /* The program and what of examples/common stands on the library, which is private to this file. */
 #define main morph_main
-#include "../examples/morph.c"
+#include "../../examples/morph.c"
 #undef main
-#include "../examples/common/morph_run.c"
-#include "../examples/common/morph_gltf.c"
-#include "../examples/common/morph_output.c"
-#include "../examples/common/morph_rig.c"
-#include "../examples/common/morph_solid.c"
-#include "../examples/common/run_options.c"
+#include "../../examples/common/morph_run.c"
+#include "../../examples/common/morph_gltf.c"
+#include "../../examples/common/morph_output.c"
+#include "../../examples/common/morph_rig.c"
+#include "../../examples/common/morph_solid.c"
+#include "../../examples/common/run_options.c"
 
-#include "../examples/common/apng.h"
+#include "../../examples/common/apng.h"
 
 #include <assimp/cimport.h>
 #include <assimp/scene.h>

@@ -1,6 +1,6 @@
 /* What examples/atlas.c shares in examples/common: similarity transforms, Procrustes alignment, principal modes, surfaces
  * laid on surfaces, atlas files, and the whole way from subjects to an atlas to a segmented image. Compiled like
- * test_examples_common.c, else skipped. */
+ * test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -21,10 +21,10 @@ int main(int argc, char **argv)
 #else
 
 #define SPRINGLS_IMPLEMENTATION
-#include "../springls_cl.h"
+#include "../../springls_cl.h"
 
-#include "../examples/common/atlas.h"
-#include "../examples/common/mesh_io.h"
+#include "../../examples/common/atlas.h"
+#include "../../examples/common/mesh_io.h"
 #include "bench/vtk_image.h"
 
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* The whole of examples/segment.c on small images made here, and what it stands on: gradient vector flow, the mirror, the
- * forces' sum, the level set without springls. Compiled like test_examples_common.c, else skipped. */
+ * forces' sum, the level set without springls. Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -22,19 +22,19 @@ int main(int argc, char **argv)
 #define SPRINGLS_STATIC
 /* These stand on the library, which is private to this file. */
 #define main segment_main
-#include "../examples/segment.c"
+#include "../../examples/segment.c"
 #undef main
-#include "../examples/common/model_pictures.c"
-#include "../examples/common/run_options.c"
-#include "../examples/common/segment_forces.c"
-#include "../examples/common/segment_input.c"
-#include "../examples/common/segment_level_set.c"
-#include "../examples/common/segment_model.c"
-#include "../examples/common/segment_output.c"
-#include "../examples/common/segment_run.c"
+#include "../../examples/common/model_pictures.c"
+#include "../../examples/common/run_options.c"
+#include "../../examples/common/segment_forces.c"
+#include "../../examples/common/segment_input.c"
+#include "../../examples/common/segment_level_set.c"
+#include "../../examples/common/segment_model.c"
+#include "../../examples/common/segment_output.c"
+#include "../../examples/common/segment_run.c"
 
-#include "../examples/common/level_set.h"
-#include "../examples/common/mirror.h"
+#include "../../examples/common/level_set.h"
+#include "../../examples/common/mirror.h"
 
 #include <unistd.h>
 

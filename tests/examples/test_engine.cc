@@ -1,7 +1,7 @@
 /* test_engine.cc - the game loop of examples/engine_embed.cpp on a small grid, and the code of docs/engine.md. No time is
    asserted. */
 #define ENGINE_EMBED_TEST
-#include "../examples/engine_embed.cpp"
+#include "../../examples/engine_embed.cpp"
 
 #include "engine_sample.h" /* made of docs/engine.md */
 #include "greatest.h"

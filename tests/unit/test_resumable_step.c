@@ -1,4 +1,4 @@
-/* test_step_in_parts.c - springls_step_begin and _continue: the same bits however a step is cut, reading in between, what ends a
+/* test_resumable_step.c - springls_step_begin and _continue: the same bits however a step is cut, reading in between, what ends a
    step in progress. Time is a clock of the test's own, so that nothing depends on the machine. */
 #include "fixtures.h"
 

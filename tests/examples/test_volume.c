@@ -1,5 +1,5 @@
 /* Volumes in three formats: places to the micrometre, frames, what is written, and files that are broken. Compiled like
- * test_examples_common.c, else skipped. */
+ * test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -19,7 +19,7 @@ int main(int argc, char **argv)
 
 #else
 
-#include "../examples/common/volume.h"
+#include "../../examples/common/volume.h"
 
 #include <math.h>
 #include <stdint.h>

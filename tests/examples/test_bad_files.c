@@ -1,12 +1,12 @@
-/* test_examples_bad_files.c - every file of a collection of broken ones, through the readers of examples/common and on into
+/* test_bad_files.c - every file of a collection of broken ones, through the readers of examples/common and on into
    the library: a reader says in one line what is wrong, or what it has read becomes a model, or the library says why not.
-   Compiled with examples/common as test_examples_common.c is; skipped where SPRINGLS_DATA is not set. */
+   Compiled with examples/common as test_common.c is; skipped where SPRINGLS_DATA is not set. */
 #define _POSIX_C_SOURCE 200809L
 #include "fixtures.h"
 
 #ifdef TEST_EXAMPLES_COMMON
-#include "../examples/common/mesh_io.h"
-#include "../examples/common/volume.h"
+#include "../../examples/common/mesh_io.h"
+#include "../../examples/common/volume.h"
 #include <dirent.h>
 #include <sys/stat.h>
 

@@ -21,16 +21,16 @@ int main(int argc, char **argv)
 
 #else
 
-#include "../examples/common/bvh.h"
-#include "../examples/common/cli.h"
-#include "../examples/common/json.h"
-#include "../examples/common/mesh_io.h"
-#include "../examples/common/metrics.h"
-#include "../examples/common/plot.h"
-#include "../examples/common/progress.h"
-#include "../examples/common/raycast.h"
-#include "../examples/common/slices.h"
-#include "../examples/common/volume.h"
+#include "../../examples/common/bvh.h"
+#include "../../examples/common/cli.h"
+#include "../../examples/common/json.h"
+#include "../../examples/common/mesh_io.h"
+#include "../../examples/common/metrics.h"
+#include "../../examples/common/plot.h"
+#include "../../examples/common/progress.h"
+#include "../../examples/common/raycast.h"
+#include "../../examples/common/slices.h"
+#include "../../examples/common/volume.h"
 
 #include <dirent.h>
 #include <math.h>

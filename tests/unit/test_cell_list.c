@@ -1,4 +1,4 @@
-/* test_cells.c - cells, neighbours and bricks against searches through everything. */
+/* test_cell_list.c - cells, neighbours and bricks against searches through everything. */
 #include "fixtures.h"
 
 /* Triangles everywhere, some partly or wholly outside the grid, one that spans it. */

@@ -1,4 +1,4 @@
-/* test_csg.c - union, intersection, difference, offset, smooth, remesh: volumes and topology against exact answers, attributes
+/* test_combine.c - union, intersection, difference, offset, smooth, remesh: volumes and topology against exact answers, attributes
    and places on the original surfaces kept, refusals, memory that runs out. */
 #include "fixtures.h"
 

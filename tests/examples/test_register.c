@@ -1,5 +1,5 @@
 /* What examples/register.c stands on: arrays over grids, displacement fields and their files, registration, landmarks, the
- * made motion. Compiled like test_examples_common.c, else skipped. */
+ * made motion. Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -19,12 +19,12 @@ int main(int argc, char **argv)
 
 #else
 
-#include "../examples/common/beat.h"
-#include "../examples/common/field.h"
-#include "../examples/common/points.h"
-#include "../examples/common/register.h"
-#include "../examples/common/vec3.h"
-#include "../examples/common/vgrid.h"
+#include "../../examples/common/beat.h"
+#include "../../examples/common/field.h"
+#include "../../examples/common/points.h"
+#include "../../examples/common/register.h"
+#include "../../examples/common/vec3.h"
+#include "../../examples/common/vgrid.h"
 
 #include <math.h>
 #include <nifti2_io.h>
