@@ -1,4 +1,8 @@
 /* triangle.h - distances and shapes of one triangle. */
+#ifndef SPRINGLS__KERNEL_LANGUAGE_TRIANGLE_H
+#define SPRINGLS__KERNEL_LANGUAGE_TRIANGLE_H
+
+#include "vector.h"
 
 typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;
 
@@ -115,3 +119,5 @@ SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, spr
     float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
     return use_face > 0.0f ? face : edges;
 }
+
+#endif
