@@ -1,6 +1,10 @@
 /* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
    kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
    compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
+#ifndef SPRINGLS__KERNEL_LANGUAGE_SIMD_H
+#define SPRINGLS__KERNEL_LANGUAGE_SIMD_H
+
+#include "vector.h"
 
 #if defined(__OPENCL_VERSION__)
 #define SPRINGLS__LANES 8
@@ -235,5 +239,7 @@ SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x,
     d = springls__vec3_mad(d, along, -s);
     return springls__vec3_dot(d, d);
 }
+
+#endif
 
 #endif

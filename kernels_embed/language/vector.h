@@ -1,5 +1,9 @@
 /* vector.h - three-vectors and the few scalar functions that every stage needs.
    tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */
+#ifndef SPRINGLS__KERNEL_LANGUAGE_VECTOR_H
+#define SPRINGLS__KERNEL_LANGUAGE_VECTOR_H
+
+#include "compat.h"
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
@@ -140,3 +144,5 @@ SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float 
     float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;
     return y0 + (y1 - y0) * w;
 }
+
+#endif

@@ -7,6 +7,11 @@
    coordinates; k holds the other two coordinates, the lower axis in bit 0. Triangles are counter-clockwise seen from outside:
    their normals point to growing phi. Neighbouring cubes share edges exactly, so welding by (lower corner, axis) gives a
    closed manifold wherever the border of the grid is outside. At most six triangles a cube. */
+#ifndef SPRINGLS__KERNEL_MODEL_MARCHING_CUBES_H
+#define SPRINGLS__KERNEL_MODEL_MARCHING_CUBES_H
+
+#include "grid.h"
+#include "model.h"
 
 typedef struct springls__mc_cell { float phi[8]; } springls__mc_cell;
 
@@ -184,3 +189,5 @@ SPRINGLS__MATHS springls__tri springls__cube_triangle(const springls__cube_range
     t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));
     return t;
 }
+
+#endif

@@ -1,4 +1,9 @@
 /* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
+#ifndef SPRINGLS__KERNEL_MODEL_MODEL_H
+#define SPRINGLS__KERNEL_MODEL_MODEL_H
+
+#include "../interface/parameters.h"
+#include "../language/triangle.h"
 
 /* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
 typedef struct springls__springl {
@@ -261,3 +266,5 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
     model->reference.far_value = shape.reference_far_value;
     model->cells.bounding_radius = shape.bounding_radius;
 }
+
+#endif

@@ -1,4 +1,8 @@
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
+#ifndef SPRINGLS__KERNEL_STAGES_PROJECT_H
+#define SPRINGLS__KERNEL_STAGES_PROJECT_H
+
+#include "../model/grid.h"
 
 /* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
@@ -137,3 +141,5 @@ SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)
     if (v.c >= 0.0f && hi < 0.0f) return hi;
     return v.c < 0.0f && lo >= 0.0f ? lo : v.c;
 }
+
+#endif

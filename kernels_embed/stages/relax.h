@@ -3,6 +3,11 @@
    The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
    subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
    springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+#ifndef SPRINGLS__KERNEL_STAGES_RELAX_H
+#define SPRINGLS__KERNEL_STAGES_RELAX_H
+
+#include "../model/grid.h"
+#include "../model/model.h"
 
 typedef struct springls__relax_rule {
     float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
@@ -161,3 +166,5 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
     s.q[2] = q;
     model->set.s[i] = springls__springl_finished(s);
 }
+
+#endif

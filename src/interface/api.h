@@ -1,4 +1,3 @@
-#include "manual.h"
 #ifndef SPRINGLS_H
 #define SPRINGLS_H
 
@@ -41,7 +40,7 @@
 extern "C" {
 #endif
 
-/* ---- >>status ------------------------------------------------------------------------------------------------- */
+/* ---- >>status:api --------------------------------------------------------------------------------------------- */
 
 /* Every call that can fail returns one of these: zero is success, all failures are negative.
    springls_last_error() has the sentence that belongs to the last failure of a context. */
@@ -66,7 +65,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status);
 SPRINGLS_API int springls_version(void);
 SPRINGLS_API const char *springls_version_string(void);
 
-/* ---- >>host: what the caller may supply. Zero-initialised members mean the default ---------------------------- */
+/* ---- >>host:api: what the caller may supply. Zero-initialised members mean the default ------------------------ */
 
 /* Memory. alloc returns at least `size` bytes aligned to 64, or NULL; free gets the same size back.
    Both NULL: malloc. Only called from the thread that calls the library. */
@@ -106,9 +105,9 @@ typedef struct springls_trace {
     void *user;
 } springls_trace;
 
-/* ---- >>parameters --------------------------------------------------------------------------------------------- */
+/* ---- >>parameters:api ----------------------------------------------------------------------------------------- */
 
-#include "../../kernels_embed/model/parameters.h"
+#include "../../kernels_embed/interface/parameters.h"
 
 /* What we recommend: accurate tracking, topology change and speed at once. */
 SPRINGLS_API springls_params springls_default_params(void);
@@ -116,7 +115,7 @@ SPRINGLS_API springls_params springls_default_params(void);
 /* The paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs. */
 SPRINGLS_API springls_params springls_paper_params(void);
 
-/* ---- >>life cycle --------------------------------------------------------------------------------------------- */
+/* ---- >>life_cycle:api ----------------------------------------------------------------------------------------- */
 
 typedef struct springls_context springls_context;
 
@@ -168,7 +167,7 @@ SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *vo
 /* Bytes now held from the allocator. */
 SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 
-/* ---- >>input: each call replaces the model and makes it its own reference (a_n = p_n, phi_ref = phi) ---------- */
+/* ---- >>input:api: each call replaces the model and makes it its own reference (a_n = p_n, phi_ref = phi) ------ */
 
 /* What springls_set_mesh found. Everything but `triangles_dropped` describes the input after welding equal points. */
 typedef struct springls_mesh_report {
@@ -230,7 +229,7 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 /* One byte a springl: 0 relaxes, 1 keeps its shape (a kept feature, section 4.8). Follows splits. NULL: all relax. */
 SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
 
-/* ---- >>forces: eq. 1 and 2, in voxels and voxels a unit of time ----------------------------------------------- */
+/* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
 /* Batch callbacks, called from any worker at once with different ranges; never one call a point. All points are voxel
    coordinates, 3 floats each. time is the time of the Runge-Kutta stage. */
@@ -274,7 +273,7 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 /* The largest speed of any particle now, voxels a unit of time: f_max of section 4.8. */
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);
 
-/* ---- >>stages: Table 2, each callable alone ------------------------------------------------------------------- */
+/* ---- >>stages:api: Table 2, each callable alone --------------------------------------------------------------- */
 
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt);
 SPRINGLS_API springls_status springls_relax(springls_context *ctx);              /* Algorithm 1, params.relax_iterations times   */
@@ -286,7 +285,7 @@ SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);         
 SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx); /* section 4.5                                  */
 SPRINGLS_API springls_status springls_track(springls_context *ctx);              /* eq. 26 for every correspondence              */
 
-/* ---- >>drivers ------------------------------------------------------------------------------------------------ */
+/* ---- >>drivers:api -------------------------------------------------------------------------------------------- */
 
 typedef enum springls_mode {
     SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contour                                                         */
@@ -334,7 +333,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
 SPRINGLS_API double springls_time(const springls_context *ctx);
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
 
-/* ---- >>snapshots: undo, rollback, files ------------------------------------------------------------------------ */
+/* ---- >>snapshots:api: undo, rollback, files -------------------------------------------------------------------- */
 
 /* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid
    (size and place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with
@@ -354,7 +353,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
 /* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
 
-/* ---- >>read: views are voxel coordinates and stay valid until the next call that changes the model ------------ */
+/* ---- >>read:api: views are voxel coordinates and stay valid until the next call that changes the model -------- */
 
 typedef struct springls_view { const float *data; int count; size_t stride; } springls_view; /* stride in bytes */
 
@@ -374,7 +373,7 @@ SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *
 /* Surfels (section 2.3.2): centre 3, normal 3, radius 1: 7 floats a springl, world units. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
-/* ---- >>mesh out ----------------------------------------------------------------------------------------------- */
+/* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
 typedef struct springls_mesh {
     int vertex_count, triangle_count;
@@ -429,7 +428,7 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 /* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
-/* ---- >>queries: world coordinates, batches of 3 floats a point ------------------------------------------------ */
+/* ---- >>queries:api: world coordinates, batches of 3 floats a point -------------------------------------------- */
 
 /* phi, in world units when the spacing is uniform (else in units of the smallest spacing); clamped outside the band. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
@@ -459,7 +458,7 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
-/* ---- >>attributes: what springls carry, by name --------------------------------------------------------------- */
+/* ---- >>attributes:api: what springls carry, by name ----------------------------------------------------------- */
 
 /* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They
    belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
@@ -514,7 +513,7 @@ typedef struct springls_provenance {
 } springls_provenance;
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out); /* one a springl */
 
-/* ---- >>material: places on the original surface ---------------------------------------------------------------- */
+/* ---- >>material:api: places on the original surface ------------------------------------------------------------ */
 
 /* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and
    ask for the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls;
@@ -548,7 +547,7 @@ SPRINGLS_API springls_status springls_interpolate_material(const springls_materi
    springls. */
 SPRINGLS_API int springls_material_count(const springls_context *ctx);
 
-/* ---- >>tools: one call each; springls that stay keep identity, correspondence and attributes ------------------- */
+/* ---- >>tools:api: one call each; springls that stay keep identity, correspondence and attributes --------------- */
 
 typedef enum springls_operation { SPRINGLS_OPERATION_UNION, SPRINGLS_OPERATION_INTERSECTION, SPRINGLS_OPERATION_DIFFERENCE } springls_operation;
 
@@ -579,7 +578,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
    is steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
-/* ---- >>measures ----------------------------------------------------------------------------------------------- */
+/* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 
 typedef enum springls_stage {
     SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,

@@ -1,4 +1,9 @@
 /* lanes_advect.h - springls__deformation_velocity of kernels_embed/advect.h for a few points at a time. */
+#ifndef SPRINGLS__RUNTIME_LANES_ADVECT_H
+#define SPRINGLS__RUNTIME_LANES_ADVECT_H
+
+#include "../../kernels_embed/language/simd.h"
+#include "base.h"
 
 #ifdef SPRINGLS__LANES
 
@@ -33,5 +38,7 @@ SPRINGLS__FN int springls__deformation_velocities(const float *points, int count
     (void)points, (void)count, (void)n, (void)period, (void)time, (void)out;
     return 0;
 }
+
+#endif
 
 #endif

@@ -1,4 +1,11 @@
 /* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
+#ifndef SPRINGLS__RUNTIME_LANES_RELAX_H
+#define SPRINGLS__RUNTIME_LANES_RELAX_H
+
+#include "../../kernels_embed/stages/relax.h"
+#include "../../kernels_embed/language/simd.h"
+#include "base.h"
+#include "kernel_table.h"
 
 #ifdef SPRINGLS__LANES
 
@@ -172,4 +179,6 @@ SPRINGLS__FN void springls__relax_range(const springls__model *model, springls__
 
 #else
 SPRINGLS__RANGE(relax)
+#endif
+
 #endif

@@ -1,4 +1,12 @@
 /* run.h - a kernel over all its elements, wherever the model lives. */
+#ifndef SPRINGLS__RUNTIME_LAUNCH_H
+#define SPRINGLS__RUNTIME_LAUNCH_H
+
+#include "errors.h"
+#include "kernel_table.h"
+#include "lanes_relax.h"
+#include "parallel.h"
+#include "residency.h"
 
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
@@ -106,3 +114,5 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     *total = (int)sum;
     return SPRINGLS_OK;
 }
+
+#endif

@@ -1,4 +1,18 @@
 /* advect.h - springls move (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+#ifndef SPRINGLS__STAGES_ADVECT_H
+#define SPRINGLS__STAGES_ADVECT_H
+
+#include "../../kernels_embed/stages/advect.h"
+#include "../runtime/arrays.h"
+#include "../runtime/errors.h"
+#include "../runtime/kernel_table.h"
+#include "../runtime/lanes_advect.h"
+#include "../runtime/launch.h"
+#include "../runtime/residency.h"
+#include "../runtime/resumable.h"
+#include "../model/constellation.h"
+#include "../model/host_access.h"
+#include "../model/transform.h"
 
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
                                                      springls__field *field)
@@ -343,14 +357,6 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
-{
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
-    return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
-}
-
 SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
     springls__motion *job = &ctx->motion;
@@ -364,16 +370,6 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     if (job->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
     *speed = job->moved;
     return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
-{
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
-    *speed = 0.0f;
-    if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
-    SPRINGLS__TRY(springls__finish_step(ctx));
-    return springls__max_speed(ctx, forces, time, speed);
 }
 
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
@@ -404,3 +400,5 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
         out[3 * i + 2] = u.z;
     }
 }
+
+#endif

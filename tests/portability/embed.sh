@@ -31,12 +31,55 @@ embed_errors() (
     file src/a.h 'int a;'
     file k.cl 'kernel'
     complains 'no part holds the line' $embed src/a.h k.cl || return
+    file k.cl 'kernel' '#include "x.h"'
+    complains 'k.cl:2: no part of springls.h includes x.h' $embed src/a.h k.cl || return
     file src/a.h '/* SPRINGLS__EMBED_KERNELS */' '/* SPRINGLS__EMBED_KERNELS */'
     complains 'more than one line' $embed src/a.h || return
     file src/a.h 'int a;'
     if [ -e /dev/full ]; then complains 'cannot write' sh -c "$embed src/a.h > /dev/full" || return; fi
     printf 'a\0b\n' > src/a.h
     complains 'zero byte' $embed src/a.h
+)
+
+# An include of a higher room, a circle in spite of guards, a part in no room, two parts of one name: refused, with the line.
+embed_rooms() (
+    cd $w
+    guarded() { file "$1" "#ifndef SPRINGLS__$2" "#define SPRINGLS__$2" "${@:3}" '#endif'; }
+    file src/root.h '#include "model/grid.h"'
+    guarded src/model/grid.h GRID 'int grid;' '#include "../stages/relax.h"'
+    guarded src/stages/relax.h RELAX 'int relax;'
+    complains 'src/model/grid.h:4: src/stages/relax.h lies in a higher room: src/stages is above src/model' $embed src/root.h || return
+    complains 'lies in a higher room' $embed $PWD/src/root.h || return
+    guarded src/model/grid.h GRID '#include "cells.h"'
+    guarded src/model/cells.h CELLS '' '#include "grid.h"'
+    complains 'src/model/cells.h:4: src/model/grid.h includes itself, by way of this line' $embed src/root.h || return
+    guarded src/model/grid.h GRID '#include "../other/cells.h"'
+    guarded src/other/cells.h CELLS
+    complains 'src/model/grid.h:3: src/other/cells.h lies in no room' $embed src/root.h || return
+    guarded src/model/grid.h GRID '#include "../../kernels_embed/device/k.cl"'
+    guarded kernels_embed/device/k.cl K
+    file kernels_embed/model/k.cl '#include "../../src/model/grid.h"'
+    complains 'kernels_embed/model/k.cl:1: src/model/grid.h lies in a higher room' $embed src/root.h kernels_embed/model/k.cl || return
+    guarded src/model/grid.h GRID '#include "../runtime/grid.h"'
+    guarded src/runtime/grid.h GRID_TOO
+    complains 'two parts or headings have the tag >>grid' $embed src/root.h || return
+    guarded src/model/grid.h GRID '#include "../../kernels_embed/model/grid.h"' '/* ---- >>grid:api ---- */' 'int grid;'
+    guarded kernels_embed/model/grid.h KERNEL_GRID
+    $embed src/root.h > out.h && grep -q '>>grid:kernel ' out.h && grep -q '>>grid  (src' out.h || cat out.h
+)
+
+# Parts stand in the order of their includes, each after those that it includes at its top; no private guard and no line of an
+# include that was taken is left.
+embed_order() (
+    cd $w
+    file src/root.h '/* root */' '#include "b.h"' '#include "a.h"'
+    file src/a.h '/* a.h */' '#ifndef SPRINGLS__A' '#define SPRINGLS__A' '' 'int a;' '#ifdef X' '#endif' '' '#endif'
+    file src/b.h '/* b.h */' '#ifndef SPRINGLS__B' '#define SPRINGLS__B' '' '#include "a.h"' '#include "a.h"' '' 'int b;' '#include "c.h"' 'int d;' '#endif'
+    file src/c.h 'int c;'
+    $embed src/root.h | sed '/>>/d' > out.h
+    printf '%s\n' '/* root */' '' '/* a.h */' '' 'int a;' '#ifdef X' '#endif' '' '/* b.h */' '' 'int b;' '' 'int c;' \
+        '/* -------- back in src/b.h -------- */' 'int d;' > expected
+    sed 1,2d out.h | diff expected -
 )
 
 # What is no include stays as it is; what is one is taken as often as C would take it.
@@ -47,7 +90,7 @@ embed_includes() (
     file src/once.h '/* c */' '#ifndef ONCE' '#define ONCE' 'int once;' '#endif'
     printf 'int many;\r\n/* no line end */' > src/many.h
     $embed src/a.h > out.h || return
-    [ "$(grep -c '^int once;$' out.h) $(grep -c '^int many;$' out.h) $(grep -c 'include ' out.h)" = '1 2 4' ] || cat out.h
+    [ "$(grep -c '^int once;$' out.h) $(grep -c '^int many;$' out.h) $(grep -c 'include ' out.h)" = '1 2 3' ] || cat out.h
 )
 
 # The text in the literals is the text of the parts, byte for byte, and its #line directives tell the truth.
@@ -56,17 +99,18 @@ embed_kernels() (
     tricky='/* tab	quote " backslash \ question ??/ ??? umlaut ä percent %d \n */'
     file kernels_embed/one.h '#include "two.h"' "$tricky" 'one'
     file kernels_embed/two.h 'two'
-    file kernels_embed/b.cl '#include "one.h"' 'bee'
-    file kernels_embed/a.cl 'ay'
+    file kernels_embed/b.cl '#include "one.h"' '#include "c.cl"' 'bee'
+    file kernels_embed/c.cl '#ifndef SPRINGLS__C' '#define SPRINGLS__C' 'see' '#endif'
+    file kernels_embed/a.cl '#include "c.cl"' 'ay'
     file src/a.h '#include "../kernels_embed/one.h"' 'host' '#ifdef PRINT' '#include <stdio.h>' 'const char *const k[] = {' \
         '/* SPRINGLS__EMBED_KERNELS */' '0 };' 'int main(void) { int i; for (i = 0; k[i]; i++) fputs(k[i], stdout); return 0; }' \
         '#endif' 'tail'
     $embed src/a.h kernels_embed/b.cl kernels_embed/a.cl > springls.h || return
     sed -n '/^#ifdef PRINT/,/^#endif/p' springls.h > print.c
     $1 -DPRINT -o print print.c && ./print > text || return
-    printf '%s\n' two "$tricky" one ay '' bee | cmp - <(grep -v '^#line' text) || return
+    printf '%s\n' two "$tricky" one see bee ay | cmp - <(grep -v '^#line' text) || return
     # Every line of the text is found in the line of springls.h that #line claims for it.
-    awk '/^#line/ { n = $2; next } { print n++ ":" $0 }' text | grep -E ':(two|one|ay|bee)$' |
+    awk '/^#line/ { n = $2; next } { print n++ ":" $0 }' text | grep -E ':(two|one|see|ay|bee)$' |
         while IFS=: read -r n word; do sed -n "${n}p" springls.h | grep -q "$word" || echo "line $n holds no $word"; done
 )
 
@@ -80,6 +124,8 @@ embed_renames() (
 )
 
 check "embed: errors in one clear line" embed_errors
+check "embed: rooms, circles and tags" embed_rooms
+check "embed: order of the parts" embed_order
 check "embed: includes" embed_includes
 check "embed: OpenCL text and its line numbers" embed_kernels "${CC:-cc}"
 check "embed: list of public functions" embed_renames

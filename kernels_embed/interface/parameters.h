@@ -1,4 +1,6 @@
 /* params.h - the parameters, which hosts and kernels share. */
+#ifndef SPRINGLS__KERNEL_INTERFACE_PARAMETERS_H
+#define SPRINGLS__KERNEL_INTERFACE_PARAMETERS_H
 
 typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */
 typedef enum springls_weight { SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_ATANH, SPRINGLS_WEIGHT_SPLINE_FAR,           /* paper, Fig. 8b: */
@@ -82,3 +84,5 @@ typedef struct springls_params {
     int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
     int project_initial;     /* 1: move particles and vertices onto the zero level                              */
 } springls_params;
+
+#endif
