@@ -326,7 +326,7 @@ static void take(const char *path, const char *asked_by, const chain *up)
             /* The root is a mere list of includes; anywhere else the reader wants to know where he is again. */
             if (up && i + 1 < file.count) add_string(&product, join("/* -------- back in ", path, " -------- */"));
         } else {
-            file.at[i].maths = !known && is_maths(path);
+            file.at[i].maths = is_maths(path);
             add_line(&product, file.at[i]);
         }
     }

@@ -9,6 +9,7 @@
 /* the maths of one element: the same text for C, C++ and OpenCL */
 #include "../kernels_embed/language/compat.h"
 #include "../kernels_embed/language/vector.h"
+#include "../kernels_embed/language/simd.h"
 #include "../kernels_embed/language/triangle.h"
 #include "../kernels_embed/model/model.h"
 #include "../kernels_embed/model/grid.h"
@@ -35,11 +36,6 @@
 #include "../kernels_embed/stages/fill_from_springls.h"
 #include "../kernels_embed/stages/fill_gaps.h"
 #include "../kernels_embed/output/isosurface.h"
-#include "../kernels_embed/language/simd.h"
-#include "../kernels_embed/model/lanes_neighbors.h"
-#include "../kernels_embed/stages/lanes_rows.h"
-#include "../kernels_embed/stages/lanes_project.h"
-#include "../kernels_embed/stages/rows.h"
 #include "../kernels_embed/device/kernels.h"
 
 /* what a context holds */
@@ -47,8 +43,6 @@
 #include "runtime/memory.h"
 #include "model/parameter_sets.h"
 #include "runtime/kernel_table.h"
-#include "runtime/lanes_relax.h"
-#include "runtime/lanes_advect.h"
 #include "runtime/residency.h"
 #include "runtime/launch.h"
 #include "runtime/stage_clock.h"
