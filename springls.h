@@ -11,8 +11,15 @@
      >>grid:kernel          kernels_embed/model/grid.h
      >>model:kernel         kernels_embed/model/model.h
      >>triangle:kernel      kernels_embed/language/triangle.h
+     >>simd:kernel          kernels_embed/language/simd.h
      >>vector:kernel        kernels_embed/language/vector.h
      >>compat:kernel        kernels_embed/language/compat.h
+     >>width_float:kernel   kernels_embed/language/width_float.h
+     >>vector_body:kernel   kernels_embed/language/vector_body.h
+     >>width_simd:kernel    kernels_embed/language/width_simd.h
+     >>triangle_body:kernel kernels_embed/language/triangle_body.h
+     >>springl_body:kernel  kernels_embed/model/springl_body.h
+     >>advect_body:kernel   kernels_embed/stages/advect_body.h
      >>residency            src/runtime/residency.h
      >>arrays               src/runtime/arrays.h
      >>memory               src/runtime/memory.h
@@ -22,12 +29,14 @@
      >>cell_list:kernel     kernels_embed/model/cell_list.h
      >>neighbors:kernel     kernels_embed/model/neighbors.h
      >>relax:kernel         kernels_embed/stages/relax.h
+     >>relax_body:kernel    kernels_embed/stages/relax_body.h
      >>winding:kernel       kernels_embed/language/winding.h
      >>angular_gaps:kernel  kernels_embed/model/angular_gaps.h
      >>neighborhood:kernel  kernels_embed/model/neighborhood.h
      >>contract:kernel      kernels_embed/stages/contract.h
      >>fit:kernel           kernels_embed/model/fit.h
      >>project:kernel       kernels_embed/stages/project.h
+     >>project_body:kernel  kernels_embed/stages/project_body.h
      >>keep_edges:kernel    kernels_embed/stages/keep_edges.h
      >>track:kernel         kernels_embed/stages/track.h
      >>resample:kernel      kernels_embed/stages/resample.h
@@ -40,14 +49,8 @@
      >>fill_from_springls:kernel kernels_embed/stages/fill_from_springls.h
      >>fill_gaps:kernel     kernels_embed/stages/fill_gaps.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
-     >>simd:kernel          kernels_embed/language/simd.h
-     >>lanes_neighbors:kernel kernels_embed/model/lanes_neighbors.h
-     >>lanes_rows:kernel    kernels_embed/stages/lanes_rows.h
-     >>lanes_project:kernel kernels_embed/stages/lanes_project.h
-     >>rows:kernel          kernels_embed/stages/rows.h
      >>resumable            src/runtime/resumable.h
      >>launch               src/runtime/launch.h
-     >>lanes_relax          src/runtime/lanes_relax.h
      >>parallel             src/runtime/parallel.h
      >>stage_clock          src/runtime/stage_clock.h
      >>host_access          src/model/host_access.h
@@ -56,7 +59,6 @@
      >>grid                 src/model/grid.h
      >>algorithms           src/runtime/algorithms.h
      >>advect               src/stages/advect.h
-     >>lanes_advect         src/runtime/lanes_advect.h
      >>transform            src/model/transform.h
      >>contract             src/stages/contract.h
      >>cell_list            src/model/cell_list.h
@@ -1274,6 +1276,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   typedef uint uint32_t;
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
+  #define springls__float_of_bits(bits) as_float(bits)
 #else
   #include <float.h>
   #include <math.h>
@@ -1282,6 +1285,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #if !defined(__cplusplus)
     #include <stdbool.h>
   #endif
+  #include <string.h>
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
   #endif
@@ -1305,6 +1309,12 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
+  SPRINGLS__MATHS float springls__float_of_bits(int32_t bits)
+  {
+      float x;
+      memcpy(&x, &bits, sizeof x);
+      return x;
+  }
 #endif
 
 /* floorf: a function call where the target has no instruction for it, and called everywhere. */
@@ -1315,141 +1325,182 @@ SPRINGLS__MATHS float springls__floor(float x)
 }
 
 /* ======== >>vector:kernel  (kernels_embed/language/vector.h) =================================================== */
-/* vector.h - three-vectors and the few scalar functions that every stage needs.
-   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */
+/* vector.h - three-vectors and functions of single numbers. */
 
 typedef struct springls__v3 { float x, y, z; } springls__v3;
 
+/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */
+#define springls__broadcast(x) (x)
+#define springls__select(where, yes, no) ((where) ? (yes) : (no))
+#define springls__any(where) (where)
+#define springls__load(from) (*(from))
+#define springls__store(to, x) (void)(*(to) = (x))
+#define springls__to_int(x) ((int)(x))
+#define springls__of_bits(bits) springls__float_of_bits(bits)
 SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }
 SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
-SPRINGLS__MATHS float springls__clamp(float x, float lo, float hi) { return springls__min(springls__max(x, lo), hi); }
-SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }
-SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }
-SPRINGLS__MATHS int springls__iclamp(int x, int lo, int hi) { return springls__imin(springls__imax(x, lo), hi); }
 
-SPRINGLS__MATHS springls__v3 springls__v3_make(float x, float y, float z)
+
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+/* -------- back in kernels_embed/language/vector.h -------- */
+
+/* ======== >>vector_body:kernel  (kernels_embed/language/vector_body.h) ========================================= */
+/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for
+   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(clamp)(SPRINGLS__NUM x, float lo, float hi)
 {
-    springls__v3 v;
-    v.x = x; v.y = y; v.z = z;
+    return SPRINGLS__W(min)(SPRINGLS__W(max)(x, SPRINGLS__W(broadcast)(lo)), SPRINGLS__W(broadcast)(hi));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(v3_make)(SPRINGLS__NUM x, SPRINGLS__NUM y, SPRINGLS__NUM z)
+{
+    SPRINGLS__NUM3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
     return v;
 }
 
-SPRINGLS__MATHS springls__v3 springls__add(springls__v3 a, springls__v3 b)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(load_v3)(const float *x, const float *y, const float *z)
 {
-    return springls__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(load)(x), SPRINGLS__W(load)(y), SPRINGLS__W(load)(z));
 }
 
-SPRINGLS__MATHS springls__v3 springls__sub(springls__v3 a, springls__v3 b)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(broadcast3)(springls__v3 v)
 {
-    return springls__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(broadcast)(v.x), SPRINGLS__W(broadcast)(v.y), SPRINGLS__W(broadcast)(v.z));
 }
 
-SPRINGLS__MATHS springls__v3 springls__scale(springls__v3 a, float s)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(add)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
 {
-    return springls__v3_make(a.x * s, a.y * s, a.z * s);
+    return SPRINGLS__W(v3_make)(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(sub)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__NUM s)
+{
+    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
 }
 
 /* a + s b */
-SPRINGLS__MATHS springls__v3 springls__mad(springls__v3 a, springls__v3 b, float s)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
 {
-    return springls__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
 }
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(dot)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cross)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length2)(SPRINGLS__NUM3 a) { return SPRINGLS__W(dot)(a, a); }
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length)(SPRINGLS__NUM3 a) { return SPRINGLS__W(sqrt)(SPRINGLS__W(dot)(a, a)); }
+
+/* Returns the unit vector along a; the zero vector stays zero. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f), l2 = SPRINGLS__W(length2)(a);
+    const SPRINGLS__COND nonzero = l2 > 1e-30f;
+    a = SPRINGLS__W(scale)(a, 1.0f / SPRINGLS__W(sqrt)(l2));
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(nonzero, a.x, zero), SPRINGLS__W(select)(nonzero, a.y, zero),
+                                SPRINGLS__W(select)(nonzero, a.z, zero));
+}
+
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
+   bits. Beyond, x is clamped. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
+    SPRINGLS__NUM r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
+    SPRINGLS__NUM e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
+                           + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
+    return e * SPRINGLS__W(of_bits)((SPRINGLS__W(to_int)(k) + 127) << 23);
+}
+
+/* Returns tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tanh)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM a = SPRINGLS__W(fabs)(x), x2 = x * x, e = SPRINGLS__W(exp)(-2.0f * a), t = (1.0f - e) / (1.0f + e);
+    SPRINGLS__NUM series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f
+                              + x2 * 2.18694885e-2f))));
+    return SPRINGLS__W(select)(a < 0.25f, series, SPRINGLS__W(select)(x < 0.0f, -t, t));
+}
+
+/* Returns the natural logarithm of x in [2^-20, 2^20], by halving into [2/3, 4/3] and the atanh series. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(ln)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM k = SPRINGLS__W(broadcast)(0.0f), s, s2;
+    SPRINGLS__COND more;
+    for (more = x > 1.33333333f; SPRINGLS__W(any)(more); more = x > 1.33333333f) {
+        x = SPRINGLS__W(select)(more, x * 0.5f, x);
+        k = SPRINGLS__W(select)(more, k + 1.0f, k);
+    }
+    for (more = x < 0.66666667f; SPRINGLS__W(any)(more); more = x < 0.66666667f) {
+        x = SPRINGLS__W(select)(more, x * 2.0f, x);
+        k = SPRINGLS__W(select)(more, k - 1.0f, k);
+    }
+    s = (x - 1.0f) / (x + 1.0f);
+    s2 = s * s;
+    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));
+}
+
+/* Returns atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM c = SPRINGLS__W(clamp)(x, -0.999f, 0.999f);
+    return 0.5f * SPRINGLS__W(ln)((1.0f + c) / (1.0f - c));
+}
+
+/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
+                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
+    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
+/* -------- back in kernels_embed/language/vector.h -------- */
+
+SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }
+SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }
+SPRINGLS__MATHS int springls__iclamp(int x, int lo, int hi) { return springls__imin(springls__imax(x, lo), hi); }
 
 SPRINGLS__MATHS springls__v3 springls__lerp(springls__v3 a, springls__v3 b, float t)
 {
     return springls__mad(a, springls__sub(b, a), t);
 }
 
-SPRINGLS__MATHS float springls__dot(springls__v3 a, springls__v3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-SPRINGLS__MATHS springls__v3 springls__cross(springls__v3 a, springls__v3 b)
-{
-    return springls__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-SPRINGLS__MATHS float springls__length2(springls__v3 a) { return springls__dot(a, a); }
-SPRINGLS__MATHS float springls__length(springls__v3 a) { return springls__sqrt(springls__dot(a, a)); }
-
-/* The unit vector along a; the zero vector stays zero. */
-SPRINGLS__MATHS springls__v3 springls__normalize(springls__v3 a)
-{
-    float l2 = springls__length2(a);
-    return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);
-}
-
-/* A unit vector perpendicular to n. */
+/* Returns a unit vector perpendicular to n. */
 SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
 {
     springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);
     return springls__normalize(springls__cross(n, axis));
 }
 
-/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k
-   by repeated squaring, which is exact. */
-SPRINGLS__MATHS float springls__exp(float x)
-{
-    float k = springls__floor(springls__clamp(x, -80.0f, 80.0f) * 1.44269504f + 0.5f);
-    float r = (springls__clamp(x, -80.0f, 80.0f) - k * 0.693359375f) + k * 2.12194440e-4f;
-    float e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
-                   + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
-    int n = (int)k;
-    float two = n < 0 ? 0.5f : 2.0f;
-    int i;
-    for (i = n < 0 ? -n : n; i > 0; i >>= 1) {
-        if (i & 1) e *= two;
-        two *= two;
-    }
-    return e;
-}
-
-/* tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */
-SPRINGLS__MATHS float springls__tanh(float x)
-{
-    float a = springls__fabs(x);
-    float t;
-    if (a < 0.25f) {
-        float x2 = x * x;
-        return x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));
-    }
-    if (a > 9.0f) return x < 0.0f ? -1.0f : 1.0f;
-    t = springls__exp(-2.0f * a);
-    t = (1.0f - t) / (1.0f + t);
-    return x < 0.0f ? -t : t;
-}
-
-/* Natural logarithm of a normal positive float, by halving into [2/3, 4/3] and the atanh series. */
-SPRINGLS__MATHS float springls__ln(float x)
-{
-    float k = 0.0f, s, s2;
-    while (x > 1.33333333f) { x *= 0.5f; k += 1.0f; }
-    while (x < 0.66666667f) { x *= 2.0f; k -= 1.0f; }
-    s = (x - 1.0f) / (x + 1.0f);
-    s2 = s * s;
-    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));
-}
-
-/* atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */
-SPRINGLS__MATHS float springls__atanh(float x)
-{
-    float c = springls__clamp(x, -0.999f, 0.999f);
-    return 0.5f * springls__ln((1.0f + c) / (1.0f - c));
-}
-
-/* sin(pi x) for any x of moderate size: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
-SPRINGLS__MATHS float springls__sinpi(float x)
-{
-    float k = springls__floor(x + 0.5f);
-    float r = x - k;
-    float r2 = r * r;
-    float s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
-                 + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    float half_k = k * 0.5f;
-    return half_k == springls__floor(half_k) ? s : -s;
-}
-
-SPRINGLS__MATHS float springls__cospi(float x) { return springls__sinpi(x + 0.5f); }
-
-/* Trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
+/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
 SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
@@ -1458,25 +1509,443 @@ SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float 
     return y0 + (y1 - y0) * w;
 }
 
+/* ======== >>simd:kernel  (kernels_embed/language/simd.h) ======================================================= */
+/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL
+   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in
+   the same order: the bits are the same for every width. */
+
+#if defined(__OPENCL_VERSION__)
+
+#define SPRINGLS__LANES 8
+#define SPRINGLS__VEC_MATHS SPRINGLS__MATHS
+typedef float8 springls__vec;
+typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */
+#define springls__vec_load(from) vload8(0, from)
+#define springls__vec_store(to, v) vstore8(v, 0, to)
+#define springls__vec_broadcast(x) ((float8)(x))
+#define springls__vec_select(where, yes, no) select(no, yes, where)
+#define springls__vec_fabs(x) fabs(x)
+#define springls__vec_sqrt(x) sqrt(x)
+#define springls__vec_of_int(k) convert_float8(k)
+#define springls__vec_to_int(x) convert_int8(x)
+#define springls__vec_of_bits(bits) as_float8(bits)
+#define springls__vec_not(where) (~(where))
+#define springls__vec_any(where) any(where)
+SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }
+SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }
+
+#elif !defined(__GNUC__) || defined(SPRINGLS_NO_SIMD)
+
+#define SPRINGLS__LANES 1
+#define SPRINGLS__VEC_MATHS SPRINGLS__MATHS
+typedef float springls__vec;
+typedef int springls__vmask; /* of a comparison: not 0, or 0 */
+#define springls__vec_load(from) springls__load(from)
+#define springls__vec_store(to, v) springls__store(to, v)
+#define springls__vec_broadcast(x) springls__broadcast(x)
+#define springls__vec_select(where, yes, no) springls__select(where, yes, no)
+#define springls__vec_fabs(x) springls__fabs(x)
+#define springls__vec_sqrt(x) springls__sqrt(x)
+#define springls__vec_floor(x) springls__floor(x)
+#define springls__vec_to_int(x) springls__to_int(x)
+#define springls__vec_of_bits(bits) springls__of_bits(bits)
+#define springls__vec_not(where) (!(where))
+#define springls__vec_any(where) ((where) != 0)
+#define springls__vec_min(a, b) springls__min(a, b)
+#define springls__vec_max(a, b) springls__max(a, b)
+
+#else
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+#define SPRINGLS__LANES 8
+#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps
+typedef __m256 springls__simd;
+#else
+#define SPRINGLS__LANES 4
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#define SPRINGLS__SIMD(operation) _mm_##operation##_ps
+typedef __m128 springls__simd;
+#endif
+#endif
+
+#define SPRINGLS__VEC_MATHS __attribute__((unused, always_inline)) static inline
+
+typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
+typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */
+typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
+
+#define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)
+#define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)
+#define springls__vec_of_bits(bits) ((springls__vec)(bits))
+#define springls__vec_not(where) (~(where))
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
+SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)
+{
+    springls__vec v = { 0 };
+    return x - v; /* x + 0 would lose the sign of -0 */
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)
+{
+    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
+}
+
+/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
+SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);
+#else
+    return springls__vec_select(a < b, a, b);
+#endif
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);
+#else
+    return springls__vec_select(a > b, a, b);
+#endif
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_fabs(springls__vec x)
+{
+    springls__vmask sign = (springls__vmask)springls__vec_broadcast(-0.0f);
+    return (springls__vec)((springls__vmask)x & ~sign);
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__vec_sqrt(springls__vec x)
+{
+#if defined(SPRINGLS__SIMD)
+    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);
+#else
+    springls__vec r = x;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);
+    return r;
+#endif
+}
+
+SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)
+{
+#if defined(SPRINGLS__SIMD)
+    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;
+#else
+    int i, any = 0;
+    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
+    return any != 0;
+#endif
+}
+
+#endif
+
+typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
+
+#if SPRINGLS__LANES > 1
+/* Returns x rounded down, for |x| < 2^31. */
+SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)
+{
+    springls__vec t = springls__vec_of_int(springls__vec_to_int(x));
+    return t - springls__vec_select(t > x, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f));
+}
+#endif
+
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- back in kernels_embed/language/simd.h -------- */
+
+/* ======== >>vector_body:kernel  (kernels_embed/language/vector_body.h) ========================================= */
+/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for
+   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(clamp)(SPRINGLS__NUM x, float lo, float hi)
+{
+    return SPRINGLS__W(min)(SPRINGLS__W(max)(x, SPRINGLS__W(broadcast)(lo)), SPRINGLS__W(broadcast)(hi));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(v3_make)(SPRINGLS__NUM x, SPRINGLS__NUM y, SPRINGLS__NUM z)
+{
+    SPRINGLS__NUM3 v;
+    v.x = x;
+    v.y = y;
+    v.z = z;
+    return v;
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(load_v3)(const float *x, const float *y, const float *z)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(load)(x), SPRINGLS__W(load)(y), SPRINGLS__W(load)(z));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(broadcast3)(springls__v3 v)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(broadcast)(v.x), SPRINGLS__W(broadcast)(v.y), SPRINGLS__W(broadcast)(v.z));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(add)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(sub)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__NUM s)
+{
+    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);
+}
+
+/* a + s b */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)
+{
+    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(dot)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cross)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length2)(SPRINGLS__NUM3 a) { return SPRINGLS__W(dot)(a, a); }
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length)(SPRINGLS__NUM3 a) { return SPRINGLS__W(sqrt)(SPRINGLS__W(dot)(a, a)); }
+
+/* Returns the unit vector along a; the zero vector stays zero. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f), l2 = SPRINGLS__W(length2)(a);
+    const SPRINGLS__COND nonzero = l2 > 1e-30f;
+    a = SPRINGLS__W(scale)(a, 1.0f / SPRINGLS__W(sqrt)(l2));
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(nonzero, a.x, zero), SPRINGLS__W(select)(nonzero, a.y, zero),
+                                SPRINGLS__W(select)(nonzero, a.z, zero));
+}
+
+/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its
+   bits. Beyond, x is clamped. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);
+    SPRINGLS__NUM r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
+    SPRINGLS__NUM e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
+                           + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
+    return e * SPRINGLS__W(of_bits)((SPRINGLS__W(to_int)(k) + 127) << 23);
+}
+
+/* Returns tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tanh)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM a = SPRINGLS__W(fabs)(x), x2 = x * x, e = SPRINGLS__W(exp)(-2.0f * a), t = (1.0f - e) / (1.0f + e);
+    SPRINGLS__NUM series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f
+                              + x2 * 2.18694885e-2f))));
+    return SPRINGLS__W(select)(a < 0.25f, series, SPRINGLS__W(select)(x < 0.0f, -t, t));
+}
+
+/* Returns the natural logarithm of x in [2^-20, 2^20], by halving into [2/3, 4/3] and the atanh series. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(ln)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM k = SPRINGLS__W(broadcast)(0.0f), s, s2;
+    SPRINGLS__COND more;
+    for (more = x > 1.33333333f; SPRINGLS__W(any)(more); more = x > 1.33333333f) {
+        x = SPRINGLS__W(select)(more, x * 0.5f, x);
+        k = SPRINGLS__W(select)(more, k + 1.0f, k);
+    }
+    for (more = x < 0.66666667f; SPRINGLS__W(any)(more); more = x < 0.66666667f) {
+        x = SPRINGLS__W(select)(more, x * 2.0f, x);
+        k = SPRINGLS__W(select)(more, k - 1.0f, k);
+    }
+    s = (x - 1.0f) / (x + 1.0f);
+    s2 = s * s;
+    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));
+}
+
+/* Returns atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM c = SPRINGLS__W(clamp)(x, -0.999f, 0.999f);
+    return 0.5f * SPRINGLS__W(ln)((1.0f + c) / (1.0f - c));
+}
+
+/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)
+{
+    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
+    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
+                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
+    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }
+/* -------- back in kernels_embed/language/simd.h -------- */
+
+SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
+
+/* Returns first, first + 1, ...: places along a row of eight. */
+SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }
+
 /* ======== >>triangle:kernel  (kernels_embed/language/triangle.h) =============================================== */
 /* triangle.h - distances and shapes of one triangle. */
 
 typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;
 
+/* A triangle prepared for many points: everything a distance needs that does not depend on the point. */
+typedef struct springls__tri_plan {
+    springls__tri t;
+    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
+    float inverse_edge2[3], inverse_n2;
+} springls__tri_plan;
+
+
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+/* -------- back in kernels_embed/language/triangle.h -------- */
+
+/* ======== >>triangle_body:kernel  (kernels_embed/language/triangle_body.h) ===================================== */
+/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */
+
+/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(inverse_length2)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    SPRINGLS__NUM l2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(b, a));
+    return SPRINGLS__W(select)(l2 > 1e-20f, 1.0f / l2, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns the parameter in [0, 1] of the point closest to x of the segment that starts at a, of vector ab; inverse is
+   1 / |ab|^2, or 0 for a segment of no length. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 a, SPRINGLS__NUM3 ab,
+                                                               SPRINGLS__NUM inverse)
+{
+    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
+}
+
+/* Returns the squared distance from x to that segment. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
+{
+    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
+    SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(inverse));
+    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
+}
+
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
+   edge. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
+{
+    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
+    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
+    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
+    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
+    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
+    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
+    SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);
+    if (plan->inverse_n2 <= 0.0f) return edges;
+    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);
+}
+/* -------- back in kernels_embed/language/triangle.h -------- */
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- back in kernels_embed/language/triangle.h -------- */
+
+/* ======== >>triangle_body:kernel  (kernels_embed/language/triangle_body.h) ===================================== */
+/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */
+
+/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(inverse_length2)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    SPRINGLS__NUM l2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(b, a));
+    return SPRINGLS__W(select)(l2 > 1e-20f, 1.0f / l2, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns the parameter in [0, 1] of the point closest to x of the segment that starts at a, of vector ab; inverse is
+   1 / |ab|^2, or 0 for a segment of no length. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 a, SPRINGLS__NUM3 ab,
+                                                               SPRINGLS__NUM inverse)
+{
+    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);
+}
+
+/* Returns the squared distance from x to that segment. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)
+{
+    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);
+    SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(inverse));
+    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));
+}
+
+/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest
+   edge. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)
+{
+    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));
+    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));
+    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));
+    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);
+    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),
+                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),
+                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));
+    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);
+    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);
+    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);
+    SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);
+    if (plan->inverse_n2 <= 0.0f) return edges;
+    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);
+}
+/* -------- back in kernels_embed/language/triangle.h -------- */
+
 /* The point of a triangle closest to some other point: bary are its weights on a, b, c. */
 typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;
-
-/* Parameter in [0,1] of the point of segment a-b closest to x; inv is 1/|b-a|^2, or 0 for a segment of no length. */
-SPRINGLS__MATHS float springls__segment_parameter(springls__v3 x, springls__v3 a, springls__v3 b, float inv)
-{
-    return springls__clamp(springls__dot(springls__sub(x, a), springls__sub(b, a)) * inv, 0.0f, 1.0f);
-}
-
-SPRINGLS__MATHS float springls__inverse_length2(springls__v3 a, springls__v3 b)
-{
-    float l2 = springls__length2(springls__sub(b, a));
-    return l2 > 1e-20f ? 1.0f / l2 : 0.0f;
-}
 
 SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
@@ -1488,7 +1957,7 @@ SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, spring
     return h;
 }
 
-/* Closest point of triangle t to x, by Voronoi regions. A triangle of no area answers with its closest edge point. */
+/* Returns the closest point of triangle t to x, by Voronoi regions; of a triangle without area the closest point of an edge. */
 SPRINGLS__MATHS springls__tri_hit springls__tri_closest(springls__tri t, springls__v3 x)
 {
     springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a);
@@ -1502,18 +1971,18 @@ SPRINGLS__MATHS springls__tri_hit springls__tri_closest(springls__tri t, springl
         float u = 1.0f - v - w;
         if (u >= 0.0f && v >= 0.0f && w >= 0.0f) return springls__tri_hit_make(t, x, u, v, w);
     }
-    s = springls__segment_parameter(x, t.a, t.b, springls__inverse_length2(t.a, t.b));
+    s = springls__segment_parameter(x, t.a, springls__sub(t.b, t.a), springls__inverse_length2(t.a, t.b));
     best = springls__tri_hit_make(t, x, 1.0f - s, s, 0.0f);
-    s = springls__segment_parameter(x, t.b, t.c, springls__inverse_length2(t.b, t.c));
+    s = springls__segment_parameter(x, t.b, springls__sub(t.c, t.b), springls__inverse_length2(t.b, t.c));
     h = springls__tri_hit_make(t, x, 0.0f, 1.0f - s, s);
     if (h.d2 < best.d2) best = h;
-    s = springls__segment_parameter(x, t.c, t.a, springls__inverse_length2(t.c, t.a));
+    s = springls__segment_parameter(x, t.c, springls__sub(t.a, t.c), springls__inverse_length2(t.c, t.a));
     h = springls__tri_hit_make(t, x, s, 0.0f, 1.0f - s);
     if (h.d2 < best.d2) best = h;
     return best;
 }
 
-/* Twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */
+/* Returns twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */
 SPRINGLS__MATHS springls__v3 springls__tri_area2(springls__tri t)
 {
     return springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a));
@@ -1526,13 +1995,6 @@ SPRINGLS__MATHS springls__v3 springls__tri_centroid(springls__tri t)
     return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);
 }
 
-/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */
-typedef struct springls__tri_plan {
-    springls__tri t;
-    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */
-    float inverse_edge2[3], inverse_n2;
-} springls__tri_plan;
-
 SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
 {
     springls__tri_plan plan;
@@ -1540,7 +2002,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     plan.t = t;
     plan.n = springls__tri_area2(t);
     n2 = springls__length2(plan.n);
-    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */
+    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: only the edges count */
     plan.edge[0] = springls__sub(t.b, t.a);
     plan.edge[1] = springls__sub(t.c, t.b);
     plan.edge[2] = springls__sub(t.a, t.c);
@@ -1553,40 +2015,160 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
     return plan;
 }
 
-/* Squared distance from x to the segment that starts at a, of vector e. */
-SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
+/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+
+/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
+typedef struct SPRINGLS__W(springl) {
+    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */
+    SPRINGLS__NUM3 p;                /* particle                                               */
+    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */
+    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
+} SPRINGLS__W(springl);
+
+/* Sets what follows from q and p. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
 {
-    springls__v3 d = springls__sub(x, a);
-    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);
-    return springls__length2(springls__mad(d, e, -s));
+    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
+    int m;
+    for (m = 0; m < 3; m++) {
+        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);
+        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));
+    }
+    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);
+    return s;
 }
 
-/* Squared distance from x to the triangle, without a branch. */
-SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)
+/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
 {
-    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);
-    float height = springls__dot(plan.n, da);
-    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),
-                                springls__dot(plan.side[2], dc));
-    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);
-    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);
-    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);
-    float edges = springls__min(springls__min(e0, e1), e2);
-    float face = height * height * plan.inverse_n2;
-    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;
-    return use_face > 0.0f ? face : edges;
+    float number[12][SPRINGLS__WIDTH];
+    SPRINGLS__W(springl) s;
+    int lane, k, m;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
+        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+    }
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    return s;
+}
+
+/* Writes them, with what follows from q and p. */
+SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
+{
+    float number[16][SPRINGLS__WIDTH];
+    int lane, k, m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
+        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
+        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
+        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+    }
+    SPRINGLS__W(store)(number[9], s.p.x);
+    SPRINGLS__W(store)(number[10], s.p.y);
+    SPRINGLS__W(store)(number[11], s.p.z);
+    SPRINGLS__W(store)(number[15], s.bounding_radius);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
+        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    }
+}
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+
+/* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
+/* springl_body.h - the record of a springl, and of several at once, lane by lane. */
+
+/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
+typedef struct SPRINGLS__W(springl) {
+    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */
+    SPRINGLS__NUM3 p;                /* particle                                               */
+    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */
+    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */
+} SPRINGLS__W(springl);
+
+/* Sets what follows from q and p. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)
+{
+    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);
+    int m;
+    for (m = 0; m < 3; m++) {
+        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);
+        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));
+    }
+    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);
+    return s;
+}
+
+/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)
+{
+    float number[12][SPRINGLS__WIDTH];
+    SPRINGLS__W(springl) s;
+    int lane, k, m;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];
+        for (k = 0; k < 12; k++) number[k][lane] = from[k];
+    }
+    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);
+    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);
+    return s;
+}
+
+/* Writes them, with what follows from q and p. */
+SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
+{
+    float number[16][SPRINGLS__WIDTH];
+    int lane, k, m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__W(store)(number[3 * m], s.q[m].x);
+        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);
+        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);
+        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);
+    }
+    SPRINGLS__W(store)(number[9], s.p.x);
+    SPRINGLS__W(store)(number[10], s.p.y);
+    SPRINGLS__W(store)(number[11], s.p.z);
+    SPRINGLS__W(store)(number[15], s.bounding_radius);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];
+        for (k = 0; k < 16; k++) to[k] = number[k][lane];
+    }
 }
 
 /* ======== >>model:kernel  (kernels_embed/model/model.h) ======================================================== */
 /* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */
-
-/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */
-typedef struct springls__springl {
-    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */
-    springls__v3 p;         /* particle                                                                         */
-    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */
-    float bounding_radius; /* max |q[m] - p|                                                                   */
-} springls__springl;
 
 /* The constellation: arrays of `count` elements each. */
 typedef struct springls__constellation {
@@ -1725,19 +2307,6 @@ typedef struct springls__packed {
 
 /* The numbers that one run of a kernel is given besides. */
 typedef struct springls__job { int i[4]; float f[4]; } springls__job;
-
-/* With what follows from q and p. */
-SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)
-{
-    float reach2 = 0.0f;
-    int m;
-    for (m = 0; m < 3; m++) {
-        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);
-        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));
-    }
-    s.bounding_radius = springls__sqrt(reach2);
-    return s;
-}
 
 SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)
 {
@@ -1983,31 +2552,47 @@ SPRINGLS__MATHS void springls__load_tile(const springls__grid *g, SPRINGLS__GLOB
     SPRINGLS__BARRIER;
 }
 
-/* One voxel and its six neighbours. */
-typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;
+/* Voxels of a row and their six neighbours, one voxel a lane. */
+typedef struct springls__cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__cross7;
 
-/* The smallest and the largest of the six neighbours. */
-SPRINGLS__MATHS float springls__least(springls__cross7 v)
-{
-    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));
-}
-
-SPRINGLS__MATHS float springls__most(springls__cross7 v)
-{
-    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));
-}
-
-SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
+/* Reads voxels t[0], t[1], ... of a tile. */
+SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)
 {
     springls__cross7 v;
-    v.c = t[0];
-    v.xm = t[-1];
-    v.xp = t[1];
-    v.ym = t[-SPRINGLS__TILE];
-    v.yp = t[SPRINGLS__TILE];
-    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];
-    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];
+    v.c = springls__vec_load(t);
+    v.xm = springls__vec_load(t - 1);
+    v.xp = springls__vec_load(t + 1);
+    v.ym = springls__vec_load(t - SPRINGLS__TILE);
+    v.yp = springls__vec_load(t + SPRINGLS__TILE);
+    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
+    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
     return v;
+}
+
+/* Return the smallest and the largest of the six neighbours. */
+SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)
+{
+    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
+                             springls__vec_min(v.zm, v.zp));
+}
+
+SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)
+{
+    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
+                             springls__vec_max(v.zm, v.zp));
+}
+
+/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */
+SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
+{
+    springls__vmask inside = c < 0.0f;
+    return (inside & (hi >= 0.0f)) | (springls__vec_not(inside) & (lo < 0.0f));
+}
+
+/* Returns where a voxel and one of its six neighbours lie on different sides. */
+SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
+{
+    return springls__crosses(v.c, springls__least(v), springls__most(v));
 }
 
 /* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */
@@ -2091,18 +2676,66 @@ SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int o
     return springls__grid_contains(g, at[0], at[1], at[2]);
 }
 
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
+/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
+
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)
+{
+    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
+    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    float s = n * springls__cospi(time / period);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
+}
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+
+/* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
+/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */
+
+/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)
+{
+    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
+    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
+    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
+    float s = n * springls__cospi(time / period);
+    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
+}
+
 /* ======== >>advect:kernel  (kernels_embed/stages/advect.h) ===================================================== */
 /* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
-
-/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */
-SPRINGLS__MATHS springls__v3 springls__deformation_velocity(springls__v3 voxel, float n, float period, float time)
-{
-    springls__v3 x = springls__scale(voxel, 1.0f / n);
-    float sx = springls__sinpi(x.x), sy = springls__sinpi(x.y), sz = springls__sinpi(x.z);
-    float s2x = springls__sinpi(2.0f * x.x), s2y = springls__sinpi(2.0f * x.y), s2z = springls__sinpi(2.0f * x.z);
-    float s = n * springls__cospi(time / period);
-    return springls__v3_make(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);
-}
 
 SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)
 {
@@ -2633,9 +3266,22 @@ SPRINGLS__MATHS void springls__springl_bricks(const springls__grid *g, SPRINGLS_
     hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;
 }
 
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row);
+/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center
+   and radius, comes closer than row[i]. */
+SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,
+                                         SPRINGLS__GLOBAL float *row)
+{
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec best = springls__vec_load(row + i), within = best + radius;
+        at.x = (float)x + springls__vec_from(i);
+        d = springls__vec_sub(at, springls__vec_broadcast3(center));
+        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;
+        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));
+        springls__vec_store(row + i, best);
+    }
+}
 
 /* omega's first voxel below zero: the brick is new, or its springls have moved. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
@@ -2821,9 +3467,27 @@ SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *c
     return length < room ? length + 1 : room;
 }
 
-/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance
-   squared; else -1. */
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3]);
+/* Finds the edge of springl o nearest to each of the points q[0..2] within the radius, one point a lane: its number (-1: none)
+   and its squared distance. */
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
+                                             float radius2, float d2[8], float edge[8])
+{
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
+    int e, m;
+    for (m = 0; m < 3; m += SPRINGLS__LANES) {
+        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
+        springls__vec best = springls__vec_broadcast(radius2), found = springls__vec_broadcast(-1.0f);
+        for (e = 0; e < 3; e++) {
+            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
+            springls__vec d = springls__vec_segment_distance2(at, a, ab, o->inverse_edge2[e]);
+            springls__vmask nearer = d < best;
+            best = springls__vec_select(nearer, d, best);
+            found = springls__vec_select(nearer, springls__vec_broadcast((float)e), found);
+        }
+        springls__vec_store(d2 + m, best);
+        springls__vec_store(edge + m, found);
+    }
+}
 
 /* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */
 SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)
@@ -2833,8 +3497,8 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     const int room = model->params.max_neighbors;
     springls__v3 lower, upper, normal = springls__springl_normal(*self);
     springls__cell_walk walk;
-    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];
-    int length[3] = { 0, 0, 0 }, edge[3], other, m;
+    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
+    int length[3] = { 0, 0, 0 }, other, m;
     for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
     lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
     lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
@@ -2854,9 +3518,9 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;
         springls__nearest_edges(o, self->q, radius2, d2, edge);
         for (m = 0; m < 3; m++)
-            if (edge[m] >= 0)
+            if (edge[m] >= 0.0f)
                 length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,
-                                                     d2[m], 3 * other + edge[m]);
+                                                     d2[m], 3 * other + (int)edge[m]);
     }
 }
 
@@ -2867,11 +3531,7 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 }
 
 /* ======== >>relax:kernel  (kernels_embed/stages/relax.h) ======================================================= */
-/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).
-
-   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
-   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
-   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */
 
 typedef struct springls__relax_rule {
     float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */
@@ -2880,90 +3540,6 @@ typedef struct springls__relax_rule {
     float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
     int threshold, weight, physical; /* H, W, and which torque                   */
 } springls__relax_rule;
-
-/* Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
-SPRINGLS__MATHS float springls__hermite(float x, float a, float b, float ya, float sa, float yb)
-{
-    float h = b - a, t = (x - a) / h, u = 1.0f - t;
-    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
-}
-
-/* W_c and W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
-   continues the slope at 0. */
-SPRINGLS__MATHS float springls__weight_spline(float x, float peak, float radius)
-{
-    if (x <= 0.0f) return x;
-    if (x >= radius) return 0.0f;
-    return x < peak ? springls__hermite(x, 0.0f, peak, 0.0f, 1.0f, peak) : springls__hermite(x, peak, radius, peak, 0.0f, 0.0f);
-}
-
-/* W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
-SPRINGLS__MATHS float springls__weight(int which, float x, float d_max, float radius)
-{
-    if (which == 0) return x;
-    if (which == 1) return springls__atanh(x);
-    return springls__weight_spline(x, which == 2 ? d_max : 0.5f * d_max, radius);
-}
-
-/* H(x), Fig. 8a: a linear, b tanh. */
-SPRINGLS__MATHS float springls__threshold(int which, float x) { return which == 0 ? x : springls__tanh(x); }
-
-/* alpha(|d|) d of eq. 12, towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
-SPRINGLS__MATHS springls__v3 springls__attraction(springls__relax_rule rule, springls__v3 d)
-{
-    float x = springls__length(d);
-    float w = springls__weight(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
-    return springls__scale(d, x > 1e-6f ? rule.kappa_ext * w / x : 0.0f);
-}
-
-/* g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
-SPRINGLS__MATHS springls__v3 springls__thresholded(springls__relax_rule rule, springls__v3 c)
-{
-    float x = springls__length(c);
-    return springls__scale(c, x > 1e-6f ? springls__threshold(rule.threshold, rule.sharpness * x) / x : 0.0f);
-}
-
-/* v turned by |w| radians about w (Rodrigues). */
-SPRINGLS__MATHS springls__v3 springls__rotate(springls__v3 v, springls__v3 w)
-{
-    float angle = springls__length(w), s, c;
-    springls__v3 axis;
-    if (angle < 1e-7f) return v;
-    axis = springls__scale(w, 1.0f / angle);
-    s = springls__sinpi(angle * 0.318309886f);
-    c = springls__cospi(angle * 0.318309886f);
-    return springls__add(springls__add(springls__scale(v, c), springls__scale(springls__cross(axis, v), s)),
-                         springls__scale(axis, springls__dot(axis, v) * (1.0f - c)));
-}
-
-/* The triangle after one iteration of eq. 17 and 18, given the thresholded force at each vertex. */
-SPRINGLS__MATHS springls__tri springls__relax_springl(springls__relax_rule rule, springls__tri t, springls__v3 p,
-                                                      springls__v3 ga, springls__v3 gb, springls__v3 gc)
-{
-    springls__v3 g[3], spring[3], turn = springls__v3_make(0.0f, 0.0f, 0.0f);
-    float length[3];
-    springls__tri out;
-    int m;
-    g[0] = ga; g[1] = gb; g[2] = gc;
-    spring[0] = springls__sub(t.a, p);
-    spring[1] = springls__sub(t.b, p);
-    spring[2] = springls__sub(t.c, p);
-    for (m = 0; m < 3; m++) {
-        float arm;
-        length[m] = springls__length(spring[m]);
-        spring[m] = springls__normalize(spring[m]);
-        arm = rule.physical ? length[m] : 1.0f;                                                /* eq. 19 or eq. 20 */
-        turn = springls__mad(turn, springls__cross(spring[m], g[m]), arm);
-    }
-    turn = springls__scale(turn, rule.step_rotation);                                          /* eq. 18           */
-    for (m = 0; m < 3; m++) {
-        float along = springls__dot(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17       */
-        length[m] = springls__max(length[m] + rule.step_length * along, 0.25f * rule.rest);
-        spring[m] = springls__mad(p, springls__rotate(spring[m], turn), length[m]);            /* eq. 3            */
-    }
-    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];
-    return out;
-}
 
 SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
 {
@@ -2983,41 +3559,402 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 }
 
 
-/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */
-SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all, springls__v3 q, SPRINGLS__GLOBAL const int *codes)
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
 {
-    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {
-        SPRINGLS__GLOBAL const springls__springl *o = &all[codes[k] / 3];
-        int e = codes[k] % 3;
-        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
-        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);
-        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));
-    }
-    return springls__thresholded(rule, c);
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
 }
 
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
 
-/* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == 0) return x;
+    if (which == 1) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+{
+    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
+                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
+    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    return turn;
+}
+
+/* Returns v turned (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
+/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
+
+   The paper's "forces" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18
+   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame
+   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */
+
+/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)
+{
+    const float h = b - a;
+    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;
+    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);
+}
+
+/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)
+   continues the slope at 0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)
+{
+    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);
+    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);
+    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);
+    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);
+    return SPRINGLS__W(select)(x <= 0.0f, x, w);
+}
+
+/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)
+{
+    if (which == 0) return x;
+    if (which == 1) return SPRINGLS__W(atanh)(x);
+    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);
+}
+
+/* Returns H(x), Fig. 8a: a linear, b tanh. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)
+{
+    return which == 0 ? x : SPRINGLS__W(tanh)(x);
+}
+
+/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(d);
+    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);
+    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));
+}
+
+/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)
+{
+    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;
+    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));
+}
+
+/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */
+typedef struct SPRINGLS__W(edges) {
+    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];
+} SPRINGLS__W(edges);
+
+/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.
+   Returns whether any lane has one. */
+SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,
+                                               SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    bool some = false;
+    int lane;
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
+        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;
+        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];
+        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];
+        edges->a[0][lane] = a.x;
+        edges->a[1][lane] = a.y;
+        edges->a[2][lane] = a.z;
+        edges->b[0][lane] = b.x;
+        edges->b[1][lane] = b.y;
+        edges->b[2][lane] = b.z;
+        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;
+        some = some || code >= 0;
+    }
+    return some;
+}
+
+/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,
+                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)
+{
+    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__W(edges) edges;
+    int k;
+    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {
+        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);
+        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);
+        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);
+        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);
+        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);
+        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));
+    }
+    return SPRINGLS__W(thresholded)(rule, c);
+}
+
+/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */
+typedef struct SPRINGLS__W(turn) {
+    SPRINGLS__NUM3 axis;
+    SPRINGLS__NUM sine, cosine;
+    SPRINGLS__COND some;
+} SPRINGLS__W(turn);
+
+/* Returns the turn by |w| radians about w. */
+SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)
+{
+    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);
+    SPRINGLS__W(turn) turn;
+    turn.some = angle >= 1e-7f;
+    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);
+    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);
+    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);
+    return turn;
+}
+
+/* Returns v turned (Rodrigues). */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)
+{
+    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);
+    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));
+    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),
+                                SPRINGLS__W(select)(turn.some, r.z, v.z));
+}
+
+/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */
+SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,
+                                                            const SPRINGLS__NUM3 *g)
+{
+    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    SPRINGLS__NUM length[3];
+    SPRINGLS__W(turn) turn;
+    int m;
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM arm;
+        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);
+        length[m] = SPRINGLS__W(length)(spring[m]);
+        spring[m] = SPRINGLS__W(normalize)(spring[m]);
+        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */
+        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);
+    }
+    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */
+    for (m = 0; m < 3; m++) {
+        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */
+        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));
+        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */
+    }
+    return SPRINGLS__W(springl_finished)(s);
+}
+
+/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */
+SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)
+{
+    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
+    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;
+    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);
+    SPRINGLS__NUM3 g[3];
+    int m;
+    for (m = 0; m < 3; m++)
+        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);
+    s = SPRINGLS__W(relaxed)(rule, s, g);
+    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);
+}
+/* -------- back in kernels_embed/stages/relax.h -------- */
+
+/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)
 {
-    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
-    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;
-    springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    springls__springl s = all[i];
-    springls__tri t = springls__springl_tri(s);
     (void)job;
-    if (!model->set.mask[i]) {
-        t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),
-                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),
-                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));
-        s = springls__springl_make(t, s.p);
-    }
-    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;
+    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];
+    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);
 }
 
-/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */
+/* Does so for springls begin, ..., end - 1, several at once. */
+SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)
+{
+    const springls__relax_rule rule = springls__relax_rule_of(&model->params);
+    int i;
+    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {
+        springls__vec_relax_springl(model, rule, begin);
+        for (i = begin; i < begin + SPRINGLS__LANES; i++)
+            if (model->set.mask[i]) springls__relax_element(model, job, i);
+    }
+    for (; begin < end; begin++) springls__relax_element(model, job, begin);
+}
+
+/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)
 {
     const springls__grid *g = &model->grid;
@@ -3139,9 +4076,11 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
         float d2, reach = radius + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
             nearest = i;
@@ -3481,8 +4420,11 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
 /* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
 
-/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */
+/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
+
+/* Cosine of the angle from which on two normals are those of different sheets. */
+#define SPRINGLS__SAME_SHEET 0.4f
 
 /* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step
    with it. edge: 1 at a crease. */
@@ -3491,55 +4433,90 @@ typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } spring
 /* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
 typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
 
-/* Squared distance of voxels in a row along x from what lies yz2 beside that row. */
-SPRINGLS__MATHS float springls__row_distance2(float x, float yz2) { return x * x + yz2; }
 
-/* Falls smoothly to 0 at the radius. */
-SPRINGLS__MATHS float springls__project_weight(float d2)
+/* ======== >>width_float:kernel  (kernels_embed/language/width_float.h) ========================================= */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it
+   stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+/* -------- back in kernels_embed/stages/project.h -------- */
+
+/* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
+/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
+
+/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 {
-    float t = springls__max(1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS)), 0.0f);
+    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));
+    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
     t = t * t;
     return t * t;
 }
+/* -------- back in kernels_embed/stages/project.h -------- */
 
-/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:
-   then it is of another sheet. */
-SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,
-                                                        springls__v3 facing)
+/* ======== >>width_simd:kernel  (kernels_embed/language/width_simd.h) =========================================== */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   Without a guard, as it stands before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- back in kernels_embed/stages/project.h -------- */
+
+/* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
+/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
+
+/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 {
-    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));
-    if (springls__dot(facing, s.n) <= 0.4f) return sum;
-    sum.weight += w;
-    sum.height += w * (s.n.x * offset.x + (s.n.y * offset.y + s.n.z * offset.z));
-    sum.offset = springls__mad(sum.offset, offset, w);
-    sum.normal = springls__mad(sum.normal, s.n, w);
-    sum.moved = springls__mad(sum.moved, s.moved, w);
-    return sum;
+    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));
+    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
+    t = t * t;
+    return t * t;
 }
+/* -------- back in kernels_embed/stages/project.h -------- */
 
-/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */
+/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */
 typedef struct springls__estimate { float weight, distance; } springls__estimate;
 
 SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)
 {
     springls__v3 d = springls__sub(x, p);
     float along = springls__dot(direction, n);
-    springls__estimate say;
-    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;
-    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
-    return say;
+    springls__estimate estimate;
+    estimate.weight = along > SPRINGLS__SAME_SHEET ? springls__project_weight(springls__length2(d)) : 0.0f;
+    estimate.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));
+    return estimate;
 }
 
-/* Sums of less weight say nothing. */
+/* Sums of less weight do not count. */
 #define SPRINGLS__MIN_WEIGHT 1e-3f
 
-/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */
+/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
 typedef struct springls__projection { float distance, trust; } springls__projection;
 
 /* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:
    (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.
    1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one
-   side of the voxel, the less they know of the surface's bend in between. */
+   side of the voxel, the less certain is the bend of the surface in between. */
 SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
 {
     float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
@@ -3551,8 +4528,8 @@ SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moment
     return f;
 }
 
-/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are
-   closer than phi says: it may have lost a sheet here. */
+/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
+   the springls are closer than |phi|: phi may have lost a sheet here. */
 SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
 {
     float change = springls__fabs(f.distance - phi);
@@ -3561,62 +4538,58 @@ SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
     return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
 }
 
-/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */
+/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */
 SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)
 {
     return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;
 }
 
-/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with
-   its old value in it. */
+/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus
+   twice far_value. */
 SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
 {
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
-SPRINGLS__MATHS int springls__is_side_unknown(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }
-
-/* The old value again, where nobody could help. */
-SPRINGLS__MATHS float springls__restore_side(float phi, float far_value)
+SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
-    if (!springls__is_side_unknown(phi, far_value)) return phi;
-    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;
+    return springls__vec_fabs(phi) > 1.5f * far_value;
 }
 
-/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */
-SPRINGLS__MATHS float springls__known_side(float phi, float far_value) { return springls__is_side_unknown(phi, far_value) ? 0.0f : phi; }
-
-/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so
-   much. Where they say no more than `enough` the voxel stays in doubt. */
-SPRINGLS__MATHS float springls__resolved_side(springls__cross7 v, float far_value, float enough)
+/* Returns the old value where the side is unknown, else phi. */
+SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)
 {
-    float sum, nearest;
-    if (!springls__is_side_unknown(v.c, far_value)) return v.c;
-    sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value) + springls__known_side(v.ym, far_value)
-        + springls__known_side(v.yp, far_value) + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
-    if (springls__fabs(sum) <= enough) return v.c;
-    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
-                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
-                                          springls__min(springls__fabs(v.zm), springls__fabs(v.zp))));
-    nearest = springls__min(nearest + 1.0f, far_value);
-    return sum < 0.0f ? -nearest : nearest;
+    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);
+    return springls__vec_select(springls__is_side_unknown(phi, far_value), old, phi);
 }
 
-/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and
+/* Returns phi where the side is known, else 0. */
+SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float far_value)
+{
+    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);
+}
+
+/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from
+   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */
+SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)
+{
+    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
+                      + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)
+                      + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
+    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
+    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
+    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));
+    d = springls__vec_select(sum < 0.0f, -d, d);
+    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
+}
+
+/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and
    not far aside. */
 SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
-}
-
-/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it
-   becomes there, else itself. */
-SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)
-{
-    float lo = springls__least(v), hi = springls__most(v);
-    if (v.c >= 0.0f && hi < 0.0f) return hi;
-    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;
 }
 
 /* ======== >>keep_edges:kernel  (kernels_embed/stages/keep_edges.h) ============================================= */
@@ -4054,9 +5027,9 @@ SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model
 SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)
 {
     springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));
-    float d2 = springls__tri_distance2(plan, s.p);
+    float d2 = springls__tri_distance2(&plan, s.p);
     int m;
-    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s.q[m]));
+    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(&plan, s.q[m]));
     return d2;
 }
 
@@ -4379,18 +5352,33 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;
 }
 
-/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the
-   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
-SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)
+/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast
+   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */
+SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)
 {
-    float d2 = springls__tri_distance2(plan, x) + 0.01f;
-    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));
+    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;
+    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));
+    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));
 }
 
-/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
-   sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,
-                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);
+/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the
+   springl, of this center and radius, is at most half a voxel further than the nearest springl. */
+SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,
+                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+{
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;
+        springls__vmask counts;
+        at.x = (float)x + springls__vec_from(i);
+        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));
+        counts = (nearest < capture) & (d2 < within * within);
+        if (!springls__vec_any(counts)) continue;
+        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));
+    }
+}
 
 /* Voxels that springls are near take the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
@@ -4461,22 +5449,38 @@ SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
     return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
 }
 
-/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
-   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
-   smooth at the surface where omega has a kink. */
-SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)
+/* Returns f times the upwind difference of phi along one axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
 {
-    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
-    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
-    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
-    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)
-                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);
-    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);
+    return f * springls__vec_select(f > 0.0f, c - m, p - c);
 }
 
-/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,
-                                          SPRINGLS__GLOBAL float *out);
+/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is
+   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is
+   smooth at the surface where omega has a kink. */
+SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)
+{
+    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);
+    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);
+    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);
+    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)
+                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);
+    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
+}
+
+/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */
+SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
+                                          float step, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask inside = springls__vec_fabs(c) <= width;
+        if (springls__vec_any(inside))
+            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);
+        springls__vec_store(out + i, c);
+    }
+}
 
 /* phi_next from phi and omega. */
 SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)
@@ -4600,79 +5604,104 @@ SPRINGLS__MATHS void springls__revert_unsimple_element(const springls__model *mo
 /* ======== >>rebuild:kernel  (kernels_embed/stages/rebuild.h) =================================================== */
 /* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */
 
-/* True when a voxel and one of its six neighbours lie on different sides. */
-SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)
-{
-    float lo = springls__least(v), hi = springls__most(v);
-    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;
-}
-
 /* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One
    side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */
-SPRINGLS__MATHS float springls__slope2(float m, float c, float p)
+SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)
 {
-    float central = 0.5f * (p - m), left = c - m, right = p - c;
-    float steep = springls__max(springls__fabs(left), springls__fabs(right));
-    float flat = springls__fabs(central);
-    float slope = flat < 0.65f * steep ? steep : flat;
+    springls__vec flat = springls__vec_fabs(0.5f * (p - m));
+    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));
+    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
     return slope * slope;
 }
 
 /* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %
    on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */
-SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)
+SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)
 {
-    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
-    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;
-    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);
+    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);
+    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;
+    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);
     return v.c / (1.0f + share * excess);
 }
 
 /* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be
-   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26
-   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */
+   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26
+   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */
 #define SPRINGLS__NEAR 0.577f
 
-SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)
+/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */
+SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)
 {
-    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;
+    springls__vec c = springls__vec_load(phi), lo = c, hi = c;
+    int i;
+    for (i = 0; i < 27; i++) {
+        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
+        lo = springls__vec_min(lo, v);
+        hi = springls__vec_max(hi, v);
+    }
+    return springls__crosses(c, lo, hi);
 }
 
-/* First guess for a voxel that gets its distance from its neighbours: it is not near. */
-SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)
+/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */
+SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)
 {
-    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);
-    return phi < 0.0f ? -d : d;
+    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);
+    return springls__vec_select(c < 0.0f, -d, d);
 }
 
-/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
-SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)
+/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a
+   tile. */
+SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
-    float a = springls__min(x, springls__min(y, z)), c = springls__max(x, springls__max(y, z));
-    float b = springls__max(springls__min(x, y), springls__min(springls__max(x, y), z));
-    float one = a + 1.0f;
-    float two = 0.5f * (a + b + springls__sqrt(springls__max(2.0f - (a - b) * (a - b), 0.0f)));
-    float sum = a + b + c;
-    float three = (sum + springls__sqrt(springls__max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), 0.0f))) * (1.0f / 3.0f);
-    float d = one > b ? two : one;
-    return d > c ? three : d;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec d = springls__distance_guess(v.c, far_value), own;
+        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;
+        if (springls__vec_any(takes_own | edge)) {
+            own = springls__interface_distance(v);
+            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);
+            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));
+            d = springls__vec_select(takes_own, own, d);
+        }
+        springls__vec_store(out + i, d);
+    }
 }
 
-/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26
-   neighbours on the other side (touches): near springls alone are no surface. */
-SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)
+/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
+SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)
 {
-    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),
-                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),
-                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));
-    d = springls__min(d, far_value);
-    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;
-    return v.c < 0.0f ? -d : d;
+    const springls__vec zero = springls__vec_broadcast(0.0f);
+    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
+    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec one = a + 1.0f, two, three, sum, d;
+    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
+    sum = a + b + c;
+    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);
+    d = springls__vec_select(one > b, two, one);
+    return springls__vec_select(d > c, three, d);
 }
 
-/* Rows of eight voxels; phi points into a tile. */
-SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);
+/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the
+   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */
+SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
+        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
+        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+        springls__vec d = springls__vec_broadcast(far_value);
+        springls__vmask kept = springls__at_interface(v);
+        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);
+        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));
+        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
+            d = springls__vec_min(springls__eikonal(x, y, z), d);
+        d = springls__vec_select(v.c < 0.0f, -d, d);
+        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));
+    }
+}
 
 /* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */
 SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,
@@ -4700,21 +5729,21 @@ SPRINGLS__MATHS void springls__redistance_element(const springls__model *model, 
         springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);
 }
 
-/* Which of the 27 bricks around (and including) a brick the band reaches. */
+/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */
 SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)
 {
-    uint32_t reach = 0;
+    uint32_t mask = 0;
     int x, y, z;
     for (z = 0; z < 8; z++)
         for (y = 0; y < 8; y++) {
             uint32_t row = 0;
             for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;
-            if (row) reach |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
+            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);
         }
-    return reach;
+    return mask;
 }
 
-/* To SCRATCH0, one a brick. */
+/* Writes that of each brick to SCRATCH0. */
 SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)
 {
     (void)job;
@@ -4805,14 +5834,56 @@ SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const f
     return m;
 }
 
-/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);
+/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */
+SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+{
+    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;
+    int i, k;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);
+        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);
+        springls__vmask nearer = d2 < best;
+        if (!springls__vec_any(nearer)) continue;
+        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));
+        for (k = 0; k < 3; k++) {
+            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);
+            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));
+        }
+    }
+}
 
-/* springls__resolved_side and springls__remove_speck of eight voxels, phi in a tile; the latter is true when there was one. */
-SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
-                                          SPRINGLS__GLOBAL float *out);
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);
+SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
+{
+    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
+    springls__vec_store(at, springls__vec_load(at) + value);
+}
+
+/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another
+   sheet. */
+SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
+{
+    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
+    int i;
+    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
+        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;
+        if (!springls__vec_any(w > 0.0f)) continue;
+        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
+              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
+        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));
+        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
+        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
+        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
+    }
+}
 
 /* Does a place in a brick's own voxels come near one of them, along one axis? */
 SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }
@@ -4882,22 +5953,22 @@ SPRINGLS__MATHS bool springls__project_at_edge(const springls__model *model, con
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__sample_set crowd;
-    springls__estimate say;
+    springls__sample_set samples;
+    springls__estimate estimate;
     int r, k, edges = 0;
-    crowd.count = 0;
+    samples.count = 0;
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++) {
             SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];
             float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;
             if (weight <= 0.0f) continue;
             edges += s->edge;
-            springls__sample_set_add(&crowd, s->p, s->n, s->p, weight * weight, k);
+            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);
         }
     if (edges == 0) return false;
-    say = springls__edge_distance(&crowd, x);
-    if (say.weight <= 0.0f) return false;
-    *phi = springls__edge_phi(*phi, say.distance);
+    estimate = springls__edge_distance(&samples, x);
+    if (estimate.weight <= 0.0f) return false;
+    *phi = springls__edge_phi(*phi, estimate.distance);
     return true;
 }
 
@@ -4940,7 +6011,8 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     return springls__corrected_phi(phi, f);
 }
 
-/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */
+/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the
+   longest displacement of any. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -4948,14 +6020,14 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
+    SPRINGLS__GLOBAL uint8_t *side_unknown = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;
     bool carry = job.i[0] != 0, some, at_edge;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *in_doubt = 0;
+    if (model->group.item == 0) *side_unknown = 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
@@ -4969,31 +6041,63 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
                                                  phi[v]);
             } else if (carry && springls__fabs(phi[v]) < job.f[0]) {
                 out[v] = springls__side_unknown(phi[v], g->far_value);
-                *in_doubt = 1;
+                *side_unknown = 1;
             }
         }
 }
 
-/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */
+/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */
+SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,
+                                                SPRINGLS__GLOBAL float *out)
+{
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec c = springls__vec_load(phi + i);
+        springls__vmask unknown = springls__is_side_unknown(c, far_value);
+        if (springls__vec_any(unknown)) {
+            c = springls__vec_select(unknown, springls__resolved_side(springls__tile_cross(phi + i), far_value, min_sum), c);
+            if (last) c = springls__restored_side(c, far_value);
+        }
+        springls__vec_store(out + i, c);
+    }
+}
+
+/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that
+   counts; job.i[0]: it is the last time, and who is left takes the old value. */
 SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
+    bool some_unknown = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;
     int row, v;
-    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
+    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        if (in_doubt)
-            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);
-        for (v = 8 * row; v < 8 * row + 8; v++) {
-            if (!in_doubt) out[v] = from[v];
-            else if (job.i[0]) out[v] = springls__restore_side(out[v], g->far_value);
-        }
+        if (some_unknown)
+            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], job.i[0] != 0,
+                                       out + 8 * row);
+        else
+            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];
     }
 }
 
-/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */
+/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller
+   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */
+SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    bool some = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__cross7 v = springls__tile_cross(phi + i);
+        springls__vec lo = springls__least(v), hi = springls__most(v);
+        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
+        some = some || springls__vec_any(bubble | crumb);
+        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
+    }
+    return some;
+}
+
+/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)
 {
     const springls__grid *g = &model->grid;
@@ -5345,9 +6449,11 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        springls__tri_plan plan;
         float reach = r + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;
-        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));
+        plan = springls__tri_plan_make(springls__springl_tri(*s));
+        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));
         if (nearest2 <= covered * covered) return false;
         sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;
     }
@@ -5694,752 +6800,6 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;
 }
 
-/* ======== >>simd:kernel  (kernels_embed/language/simd.h) ======================================================= */
-/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of
-   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other
-   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */
-
-#if defined(__OPENCL_VERSION__)
-#define SPRINGLS__LANES 8
-#define SPRINGLS__LANE SPRINGLS__MATHS
-typedef float8 springls__vec;
-typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */
-#define springls__vec_load(from) vload8(0, from)
-#define springls__vec_store(to, v) vstore8(v, 0, to)
-#define springls__vec_all(x) ((float8)(x))
-#define springls__vec_select(where, yes, no) select(no, yes, where)
-#define springls__vec_min(a, b) springls__vec_lesser(a, b)
-#define springls__vec_max(a, b) springls__vec_greater(a, b)
-#define springls__vec_abs(x) fabs(x)
-#define springls__vec_sqrt(x) sqrt(x)
-#define springls__vec_of_ints(k) convert_float8(k)
-#define springls__vec_to_ints(x) convert_int8(x)
-#define springls__vec_of_bits(bits) as_float8(bits)
-#define springls__vmask_any(where) any(where)
-SPRINGLS__MATHS springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }
-SPRINGLS__MATHS springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }
-
-#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)
-#if defined(__AVX2__)
-#include <immintrin.h>
-#define SPRINGLS__LANES 8
-#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps
-typedef __m256 springls__simd;
-#else
-#define SPRINGLS__LANES 4
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#define SPRINGLS__SIMD(operation) _mm_##operation##_ps
-typedef __m128 springls__simd;
-#endif
-#endif
-
-#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline
-
-typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
-typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */
-typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
-
-
-SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }
-SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }
-
-SPRINGLS__LANE springls__vec springls__vec_all(float x)
-{
-    springls__vec v = { 0 };
-    return x - v; /* x + 0 would lose the sign of -0 */
-}
-
-SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)
-{
-    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));
-}
-
-/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */
-SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);
-#else
-    return springls__vec_select(a < b, a, b);
-#endif
-}
-
-SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);
-#else
-    return springls__vec_select(a > b, a, b);
-#endif
-}
-
-SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)
-{
-    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);
-    return (springls__vec)((springls__vmask)x & ~sign);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)
-{
-#if defined(SPRINGLS__SIMD)
-    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);
-#else
-    springls__vec r = x;
-    int i;
-    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);
-    return r;
-#endif
-}
-
-SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)
-{
-#if defined(SPRINGLS__SIMD)
-    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;
-#else
-    int i, any = 0;
-    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
-    return any != 0;
-#endif
-}
-
-#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)
-#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)
-#define springls__vec_of_bits(bits) ((springls__vec)(bits))
-#endif
-
-#ifdef SPRINGLS__LANES
-
-typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
-
-SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)
-{
-    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));
-}
-
-/* x rounded down, for |x| < 2^31. */
-SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)
-{
-    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));
-    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)
-{
-    springls__vec3 r;
-    r.x = springls__vec_all(v.x);
-    r.y = springls__vec_all(v.y);
-    r.z = springls__vec_all(v.z);
-    return r;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)
-{
-    a.x += b.x;
-    a.y += b.y;
-    a.z += b.z;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)
-{
-    a.x -= b.x;
-    a.y -= b.y;
-    a.z -= b.z;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)
-{
-    a.x *= s;
-    a.y *= s;
-    a.z *= s;
-    return a;
-}
-
-/* a + s b */
-SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)
-{
-    a.x += b.x * s;
-    a.y += b.y * s;
-    a.z += b.z * s;
-    return a;
-}
-
-SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)
-{
-    springls__vec3 r;
-    r.x = a.y * b.z - a.z * b.y;
-    r.y = a.z * b.x - a.x * b.z;
-    r.z = a.x * b.y - a.y * b.x;
-    return r;
-}
-
-SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }
-
-SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)
-{
-    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);
-    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);
-    springls__vmask some = l2 > springls__vec_all(1e-30f);
-    a = springls__vec3_scale(a, s);
-    a.x = springls__vec_select(some, a.x, zero);
-    a.y = springls__vec_select(some, a.y, zero);
-    a.z = springls__vec_select(some, a.z, zero);
-    return a;
-}
-
-/* 2^k for whole k in [-126, 127]. */
-SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)
-{
-    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)
-{
-    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);
-    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;
-    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f
-                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));
-    return e * springls__vec_power2(k);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)
-{
-    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);
-    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));
-    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));
-    t = springls__vec_select(x < 0.0f, -t, t);
-    return springls__vec_select(a < 0.25f, series, t);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)
-{
-    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;
-    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f
-                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));
-    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);
-}
-
-SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }
-
-SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)
-{
-    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);
-    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);
-    d = springls__vec3_mad(d, along, -s);
-    return springls__vec3_dot(d, d);
-}
-
-#endif
-
-/* ======== >>lanes_neighbors:kernel  (kernels_embed/model/lanes_neighbors.h) ==================================== */
-/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */
-
-#ifdef SPRINGLS__LANES
-
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
-    springls__vec3 at;
-    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);
-    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];
-    int e, m;
-    at.x = springls__vec_load(x);
-    at.y = springls__vec_load(y);
-    at.z = springls__vec_load(z);
-    for (e = 0; e < 3; e++) {
-        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);
-        springls__vmask nearer = d < best;
-        best = springls__vec_select(nearer, d, best);
-        found = springls__vec_select(nearer, springls__vec_all((float)e), found);
-    }
-    springls__vec_store(d2s, best);
-    springls__vec_store(edges, found);
-    for (m = 0; m < 3; m++) {
-        d2[m] = d2s[m];
-        edge[m] = (int)edges[m];
-    }
-}
-
-#endif
-
-/* ======== >>lanes_rows:kernel  (kernels_embed/stages/lanes_rows.h) ============================================= */
-/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */
-
-#ifdef SPRINGLS__LANES
-
-/* springls__tri_distance2 at x, x + (1, 0, 0), ... */
-SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)
-{
-    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));
-    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));
-    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));
-    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);
-    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),
-                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),
-                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));
-    springls__vec edges = springls__vec_min(
-        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),
-                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),
-        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));
-    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;
-}
-
-/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec best = springls__vec_load(row + i), within = best + reach;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;
-        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));
-        springls__vec_store(row + i, best);
-    }
-}
-
-/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding
-   sphere is at most half a voxel further than the nearest springl. */
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
-                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
-{
-    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;
-        springls__vmask counts;
-        at.x = (float)x + springls__vec_load(ramp + i);
-        d = springls__vec3_sub(at, springls__vec3_all(center));
-        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);
-        if (!springls__vmask_any(counts)) continue;
-        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;
-        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));
-        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));
-        springls__vec_store(side + i, springls__vec_load(side + i) + height);
-    }
-}
-
-typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;
-
-SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)
-{
-    springls__vec_cross7 v;
-    v.c = springls__vec_load(t);
-    v.xm = springls__vec_load(t - 1);
-    v.xp = springls__vec_load(t + 1);
-    v.ym = springls__vec_load(t - SPRINGLS__TILE);
-    v.yp = springls__vec_load(t + SPRINGLS__TILE);
-    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);
-    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);
-    return v;
-}
-
-/* f times the upwind difference of phi */
-SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)
-{
-    return f * springls__vec_select(f > 0.0f, c - m, p - c);
-}
-
-/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */
-SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                           float step, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;
-    springls__vmask inside = springls__vec_abs(v.c) <= width;
-    springls__vec change;
-    if (!springls__vmask_any(inside)) {
-        springls__vec_store(out, v.c);
-        return;
-    }
-    o = springls__tile_cross_lanes(omega);
-    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)
-           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)
-           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);
-    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);
-    springls__vec_store(out, springls__vec_select(inside, change, v.c));
-}
-
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                          float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),
-                             springls__vec_min(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)
-{
-    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),
-                             springls__vec_max(v.zm, v.zp));
-}
-
-SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)
-{
-    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-    springls__vmask inside = v.c < 0.0f;
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)
-{
-    springls__vec flat = springls__vec_abs(0.5f * (p - m));
-    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));
-    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);
-    return slope * slope;
-}
-
-SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)
-{
-    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)
-                       + springls__slope2_lanes(v.zm, v.c, v.zp);
-    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;
-    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);
-    return v.c / (1.0f + share * excess);
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)
-{
-    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;
-    springls__vmask inside = c < 0.0f;
-    int i;
-    for (i = 0; i < 27; i++) {
-        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));
-        lo = springls__vec_min(lo, v);
-        hi = springls__vec_max(hi, v);
-    }
-    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));
-}
-
-/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */
-SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;
-    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    if (springls__vmask_any(crossed | edge)) {
-        own = springls__interface_distance_lanes(v);
-        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);
-        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));
-        d = springls__vec_select(crossed, own, d);
-    }
-    springls__vec_store(out, d);
-}
-
-SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);
-}
-
-SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)
-{
-    const springls__vec zero = springls__vec_all(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
-    springls__vec one = a + 1.0f, two, three, sum, d;
-    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
-    sum = a + b + c;
-    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))
-            * (1.0f / 3.0f);
-    d = springls__vec_select(one > b, two, one);
-    return springls__vec_select(d > c, three, d);
-}
-
-SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    springls__vec_cross7 v = springls__tile_cross_lanes(phi);
-    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));
-    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));
-    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));
-    springls__vec d = springls__vec_all(far_value);
-    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);
-    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));
-    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
-        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);
-    d = springls__vec_select(v.c < 0.0f, -d, d);
-    springls__vec_store(out, springls__vec_select(kept, v.c, d));
-}
-
-SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);
-}
-
-#endif
-
-/* ======== >>lanes_project:kernel  (kernels_embed/stages/lanes_project.h) ======================================= */
-/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.
-   offset: from the particle to the row's first voxel. */
-
-#ifdef SPRINGLS__LANES
-
-SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };
-
-SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)
-{
-    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));
-}
-
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));
-        springls__vmask nearer = d2 < best;
-        if (!springls__vmask_any(nearer)) continue;
-        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));
-        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);
-        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);
-        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);
-    }
-}
-
-SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)
-{
-    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);
-    springls__vec_store(at, springls__vec_load(at) + value);
-}
-
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);
-    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;
-    springls__vec zero = springls__vec_all(0.0f);
-    int i;
-    for (i = row; i < row + 8; i += SPRINGLS__LANES) {
-        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;
-        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;
-        if (!springls__vmask_any(w > zero)) continue;
-        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x
-                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y
-                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;
-        w = w * w;
-        w = springls__vec_select(along > 0.4f, w * w, zero);
-        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);
-        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);
-        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);
-    }
-}
-
-SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)
-{
-    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);
-}
-
-/* springls__resolved_side; phi points into a tile. */
-SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
-                                          SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v;
-        springls__vec sum, nearest;
-        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;
-        if (!springls__vmask_any(doubtful)) {
-            springls__vec_store(out + i, springls__vec_load(phi + i));
-            continue;
-        }
-        v = springls__tile_cross_lanes(phi + i);
-        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)
-              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)
-              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);
-        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),
-                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),
-                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));
-        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));
-        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);
-        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));
-    }
-}
-
-/* springls__remove_speck; true when there was one. */
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);
-        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);
-        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);
-        some = some || springls__vmask_any(bubble | crumb);
-        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));
-    }
-    return some;
-}
-
-#endif
-
-/* ======== >>rows:kernel  (kernels_embed/stages/rows.h) ========================================================= */
-/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */
-
-#ifndef SPRINGLS__LANES
-
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,
-                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])
-{
-    int e, m;
-    for (m = 0; m < 3; m++) {
-        d2[m] = radius2;
-        edge[m] = -1;
-        for (e = 0; e < 3; e++) {
-            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);
-            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);
-            if (d >= d2[m]) continue;
-            d2[m] = d;
-            edge[m] = e;
-        }
-    }
-}
-
-SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,
-                                         SPRINGLS__GLOBAL float *row)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
-        float within = row[i] + reach;
-        if (springls__length2(springls__sub(at, center)) >= within * within) continue;
-        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));
-    }
-}
-
-SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,
-                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);
-        float within = omega[i] + 0.5f + reach;
-        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)
-            side[i] += springls__side(*plan, at);
-    }
-}
-
-SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,
-                                          float step, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);
-        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];
-    }
-}
-
-/* Is one of the 26 neighbours on the other side? */
-SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)
-{
-    int i;
-    for (i = 0; i < 27; i++)
-        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;
-    return false;
-}
-
-SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) {
-        springls__cross7 v = springls__tile_cross(phi + i);
-        float d = springls__interface_distance(v);
-        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));
-        out[i] = own ? d : springls__distance_guess(v.c, far_value);
-    }
-}
-
-SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);
-}
-
-SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)
-{
-    bool some = false;
-    int i;
-    for (i = 0; i < 8; i++) {
-        out[i] = springls__remove_speck(springls__tile_cross(phi + i));
-        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);
-    }
-    return some;
-}
-
-SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    float yz2 = offset.y * offset.y + offset.z * offset.z;
-    int i;
-    for (i = row; i < row + 8; i++) {
-        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);
-        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;
-        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;
-        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;
-        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;
-        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;
-    }
-}
-
-SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)
-{
-    const springls__v3 *from[3];
-    int k;
-    from[0] = &m.offset;
-    from[1] = &m.normal;
-    from[2] = &m.moved;
-    for (k = 0; k < 3; k++) {
-        sums[springls__sum_at(3 * k, i)] = from[k]->x;
-        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;
-        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;
-    }
-    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;
-    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;
-}
-
-SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)
-{
-    int i;
-    for (i = row; i < row + 8; i++) {
-        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],
-                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],
-                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);
-        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);
-        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));
-    }
-}
-
-SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,
-                                          SPRINGLS__GLOBAL float *out)
-{
-    int i;
-    for (i = 0; i < 8; i++) out[i] = springls__resolved_side(springls__tile_cross(phi + i), far_value, enough);
-}
-
-#endif
-
 /* ======== >>kernels:kernel  (kernels_embed/device/kernels.h) =================================================== */
 /* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for
    the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C
@@ -6501,8 +6861,8 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
       SPRINGLS__SURFACE_FLOATS) \
     X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)
 
-/* Those whose loop is in lanes_*.h. */
-#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \
+/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */
+#define SPRINGLS__SIMD_KERNELS(X)                                                                     \
     X(relax, 128, SPRINGLS__BIT(SCRATCH1))
 
 /* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).
@@ -6528,7 +6888,7 @@ SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi
 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
-    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -6548,6 +6908,12 @@ typedef struct springls__kernel_info {
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
     {                                                                                                                    \
         for (; begin < end; begin++) springls__##name##_element(model, job, begin);                                      \
+    }
+
+#define SPRINGLS__SIMD_RANGE(name)                                                                                       \
+    SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__job job, int begin, int end)      \
+    {                                                                                                                    \
+        springls__##name##_elements(model, job, begin, end);                                                             \
     }
 
 #define SPRINGLS__BRICK_RANGE(name, floats)                                                                              \
@@ -6683,183 +7049,6 @@ SPRINGLS__FN void springls__forget_work(springls_context *ctx)
         if (SPRINGLS__SCRATCH_BITS >> array & 1u) ctx->memory[array].host_stale = ctx->memory[array].device_stale = false;
 }
 
-/* ======== >>lanes_relax  (src/runtime/lanes_relax.h) =========================================================== */
-/* lanes_relax.h - springls__relax_springl of kernels_embed/relax.h for a few springls at a time. */
-
-#ifdef SPRINGLS__LANES
-
-SPRINGLS__LANE springls__vec springls__weight_lanes(springls__relax_rule rule, springls__vec x)
-{
-    float v[SPRINGLS__LANES];
-    int i;
-    if (rule.weight == 0) return x;
-    springls__vec_store(v, x);
-    for (i = 0; i < SPRINGLS__LANES; i++) v[i] = springls__weight(rule.weight, v[i], rule.d_max, rule.radius);
-    return springls__vec_load(v);
-}
-
-/* One edge for each lane: where it starts, its vector, 1 / length^2, and whether it is there. */
-typedef struct springls__edges_lanes {
-    float a[3][SPRINGLS__LANES], b[3][SPRINGLS__LANES], inverse[SPRINGLS__LANES];
-    int there[SPRINGLS__LANES];
-} springls__edges_lanes;
-
-/* Edges codes[stride * lane]; a lane without one (-1) gets an edge of springl `instead`, of no effect. */
-SPRINGLS__LANE int springls__edges_gather(springls__edges_lanes *edges, const springls__springl *all, const int *codes,
-                                          int stride, int instead)
-{
-    int lane, axis, some = 0;
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        int code = codes[stride * lane], there = code >= 0, e;
-        const springls__springl *o = &all[there ? code / 3 : instead];
-        const float *a, *b, *q = (const float *)(const void *)o->q;
-        e = there ? code % 3 : 0;
-        a = q + 3 * e;
-        b = q + (e == 2 ? 0 : 3 * e + 3);
-        for (axis = 0; axis < 3; axis++) {
-            edges->a[axis][lane] = a[axis];
-            edges->b[axis][lane] = b[axis];
-        }
-        edges->inverse[lane] = o->inverse_edge2[e];
-        edges->there[lane] = -there;
-        some |= there;
-    }
-    return some;
-}
-
-/* springls__vertex_force of one vertex of each springl. */
-SPRINGLS__LANE springls__vec3 springls__vertex_force_lanes(springls__relax_rule rule, const springls__springl *all,
-                                                           springls__vec3 q, const int *rows, int stride, int instead)
-{
-    springls__vec3 c = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f)), a, ab, d;
-    springls__vec x, s, zero = c.x;
-    springls__edges_lanes edges;
-    springls__vmask there;
-    int k;
-    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && springls__edges_gather(&edges, all, rows + k, stride, instead); k++) {
-        a.x = springls__vec_load(edges.a[0]);
-        a.y = springls__vec_load(edges.a[1]);
-        a.z = springls__vec_load(edges.a[2]);
-        ab.x = springls__vec_load(edges.b[0]);
-        ab.y = springls__vec_load(edges.b[1]);
-        ab.z = springls__vec_load(edges.b[2]);
-        ab = springls__vec3_sub(ab, a);
-        s = springls__vec_clamp(springls__vec3_dot(springls__vec3_sub(q, a), ab) * springls__vec_load(edges.inverse), 0.0f, 1.0f);
-        d = springls__vec3_sub(springls__vec3_mad(a, ab, s), q);
-        x = springls__vec3_length(d);
-        memcpy(&there, edges.there, sizeof there);
-        s = rule.kappa_ext * springls__weight_lanes(rule, (x - rule.rest) / rule.radius) / x;                    /* eq. 12 */
-        c = springls__vec3_mad(c, d, springls__vec_select(there & (x > 1e-6f), s, zero));
-    }
-    x = springls__vec3_length(c);
-    s = rule.sharpness * x;
-    s = (rule.threshold == 0 ? s : springls__vec_tanh(s)) / x;                                                /* eq. 13 */
-    return springls__vec3_scale(c, springls__vec_select(x > 1e-6f, s, zero));
-}
-
-/* An axis, and the sine and cosine of the angle about it. */
-typedef struct springls__turn_lanes {
-    springls__vec3 axis;
-    springls__vec sine, cosine;
-    springls__vmask some;
-} springls__turn_lanes;
-
-SPRINGLS__LANE springls__turn_lanes springls__turn_of_lanes(springls__vec3 w)
-{
-    springls__vec angle = springls__vec3_length(w);
-    springls__turn_lanes turn;
-    turn.some = angle >= 1e-7f;
-    turn.axis = springls__vec3_scale(w, 1.0f / angle);
-    turn.sine = springls__vec_sinpi(angle * 0.318309886f);
-    turn.cosine = springls__vec_cospi(angle * 0.318309886f);
-    return turn;
-}
-
-SPRINGLS__LANE springls__vec3 springls__rotate_lanes(springls__vec3 v, const springls__turn_lanes *turn)
-{
-    springls__vec3 r = springls__vec3_add(
-        springls__vec3_add(springls__vec3_scale(v, turn->cosine),
-                           springls__vec3_scale(springls__vec3_cross(turn->axis, v), turn->sine)),
-        springls__vec3_scale(turn->axis, springls__vec3_dot(turn->axis, v) * (1.0f - turn->cosine)));
-    r.x = springls__vec_select(turn->some, r.x, v.x);
-    r.y = springls__vec_select(turn->some, r.y, v.y);
-    r.z = springls__vec_select(turn->some, r.z, v.z);
-    return r;
-}
-
-/* springls__relax_springl of springls first, first + 1, ... `lanes` of them; idle lanes repeat the last. */
-SPRINGLS__LANE void springls__relax_lanes(springls__relax_rule rule, const springls__springl *all, const int *rows, int first,
-                                          int lanes, springls__springl *next)
-{
-    float record[16][SPRINGLS__LANES];
-    springls__vec3 p, q[3], g[3], spring[3], turning = springls__vec3_all(springls__v3_make(0.0f, 0.0f, 0.0f));
-    springls__vec length[3], reach2 = springls__vec_all(0.0f);
-    springls__turn_lanes turn;
-    int lane, m, codes[SPRINGLS__LANES * SPRINGLS__NEIGHBOR_ROW];
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        int i = first + springls__imin(lane, lanes - 1);
-        const float *s = (const float *)(const void *)&all[i];
-        for (m = 0; m < 12; m++) record[m][lane] = s[m];
-    }
-    if (lanes < SPRINGLS__LANES) {
-        memset(codes, 0xff, sizeof codes);
-        memcpy(codes, rows, (size_t)lanes * SPRINGLS__NEIGHBOR_ROW * sizeof *codes);
-        rows = codes;
-    }
-    p.x = springls__vec_load(record[9]);
-    p.y = springls__vec_load(record[10]);
-    p.z = springls__vec_load(record[11]);
-    for (m = 0; m < 3; m++) {
-        springls__vec arm;
-        q[m].x = springls__vec_load(record[3 * m]);
-        q[m].y = springls__vec_load(record[3 * m + 1]);
-        q[m].z = springls__vec_load(record[3 * m + 2]);
-        g[m] = springls__vertex_force_lanes(rule, all, q[m], rows + SPRINGLS__MAX_NEIGHBORS * m, SPRINGLS__NEIGHBOR_ROW, first);
-        spring[m] = springls__vec3_sub(q[m], p);
-        length[m] = springls__vec3_length(spring[m]);
-        spring[m] = springls__vec3_normalize(spring[m]);
-        arm = rule.physical ? length[m] : springls__vec_all(1.0f);
-        turning = springls__vec3_mad(turning, springls__vec3_cross(spring[m], g[m]), arm);
-    }
-    turn = springls__turn_of_lanes(springls__vec3_scale(turning, springls__vec_all(rule.step_rotation)));
-    for (m = 0; m < 3; m++) {
-        springls__vec along = springls__vec3_dot(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest);
-        length[m] = springls__vec_max(length[m] + rule.step_length * along, springls__vec_all(0.25f * rule.rest));
-        q[m] = springls__vec3_mad(p, springls__rotate_lanes(spring[m], &turn), length[m]);
-        springls__vec_store(record[3 * m], q[m].x);
-        springls__vec_store(record[3 * m + 1], q[m].y);
-        springls__vec_store(record[3 * m + 2], q[m].z);
-    }
-    for (m = 0; m < 3; m++) { /* springls__springl_finish */
-        springls__vec3 edge = springls__vec3_sub(q[m == 2 ? 0 : m + 1], q[m]), arm = springls__vec3_sub(q[m], p);
-        springls__vec l2 = springls__vec3_dot(edge, edge);
-        springls__vec_store(record[12 + m], springls__vec_select(l2 > 1e-20f, 1.0f / l2, springls__vec_all(0.0f)));
-        reach2 = springls__vec_max(reach2, springls__vec3_dot(arm, arm));
-    }
-    springls__vec_store(record[15], springls__vec_sqrt(reach2));
-    for (lane = 0; lane < lanes; lane++) {
-        float *s = (float *)(void *)&next[first + lane];
-        for (m = 0; m < 16; m++) s[m] = record[m][lane];
-    }
-}
-
-SPRINGLS__FN void springls__relax_range(const springls__model *model, springls__job job, int begin, int end)
-{
-    springls__springl *next = (springls__springl *)model->scratch[1];
-    springls__relax_rule rule = springls__relax_rule_of(&model->params);
-    int first, i;
-    (void)job;
-    for (first = begin; first < end; first += SPRINGLS__LANES)
-        springls__relax_lanes(rule, model->set.s, model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW, first,
-                              springls__imin(end - first, SPRINGLS__LANES), next);
-    for (i = begin; i < end; i++)
-        if (model->set.mask[i]) next[i] = model->set.s[i];
-}
-
-#else
-SPRINGLS__RANGE(relax)
-#endif
-
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
 /* parallel.h - the parallel loop. */
 
@@ -6893,13 +7082,16 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 #define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
 SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
 #undef SPRINGLS__RANGE_OF
+#define SPRINGLS__SIMD_RANGE_OF(name, grain, writes) SPRINGLS__SIMD_RANGE(name)
+SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE_OF)
+#undef SPRINGLS__SIMD_RANGE_OF
 #define SPRINGLS__BRICK_RANGE_OF(name, grain, writes, floats) SPRINGLS__BRICK_RANGE(name, floats)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
 #undef SPRINGLS__BRICK_RANGE_OF
 
 static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false },
-    SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__KERNELS_OF_LANES(SPRINGLS__FACTS)
+    SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
 #define SPRINGLS__BRICK_FACTS(name, grain, writes, floats) { #name, springls__##name##_range, grain, writes, true },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
@@ -8094,45 +8286,6 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
     return owner ? springls__report_device_failure(owner, springls__to_host(owner, reads, 0)) : SPRINGLS_OK;
 }
 
-/* ======== >>lanes_advect  (src/runtime/lanes_advect.h) ========================================================= */
-/* lanes_advect.h - springls__deformation_velocity of kernels_embed/advect.h for a few points at a time. */
-
-#ifdef SPRINGLS__LANES
-
-/* All points but the last few; returns how many. */
-SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
-{
-    float axis[3][SPRINGLS__LANES];
-    float s = n * springls__cospi(time / period);
-    int first, lane, k;
-    for (first = 0; first + SPRINGLS__LANES <= count; first += SPRINGLS__LANES) {
-        springls__vec x[3], once[3], twice[3];
-        for (lane = 0; lane < SPRINGLS__LANES; lane++)
-            for (k = 0; k < 3; k++) axis[k][lane] = points[3 * (first + lane) + k];
-        for (k = 0; k < 3; k++) {
-            x[k] = springls__vec_load(axis[k]) * (1.0f / n);
-            once[k] = springls__vec_sinpi(x[k]);
-            twice[k] = springls__vec_sinpi(2.0f * x[k]);
-        }
-        springls__vec_store(axis[0], 2.0f * once[0] * once[0] * twice[1] * twice[2] * s);
-        springls__vec_store(axis[1], -twice[0] * once[1] * once[1] * twice[2] * s);
-        springls__vec_store(axis[2], -twice[0] * twice[1] * once[2] * once[2] * s);
-        for (lane = 0; lane < SPRINGLS__LANES; lane++)
-            for (k = 0; k < 3; k++) out[3 * (first + lane) + k] = axis[k][lane];
-    }
-    return first;
-}
-
-#else
-
-SPRINGLS__FN int springls__deformation_velocities(const float *points, int count, float n, float period, float time, float *out)
-{
-    (void)points, (void)count, (void)n, (void)period, (void)time, (void)out;
-    return 0;
-}
-
-#endif
-
 /* ======== >>transform  (src/model/transform.h) ================================================================= */
 /* transform.h - between the voxels of a grid and the world. */
 
@@ -8625,10 +8778,28 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const sp
     return SPRINGLS_OK;
 }
 
+/* Writes the velocities at SPRINGLS__LANES points, xyz each, to out. */
+SPRINGLS__FN void springls__deformation_velocities(const springls_deformation_flow *flow, const float *points, float time, float *out)
+{
+    float axis[3][SPRINGLS__LANES];
+    springls__vec3 u;
+    int lane, k;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
+    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), flow->grid_size, flow->period, time);
+    springls__vec_store(axis[0], u.x);
+    springls__vec_store(axis[1], u.y);
+    springls__vec_store(axis[2], u.z);
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) out[3 * lane + k] = axis[k][lane];
+}
+
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
 {
     const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
-    int i = springls__deformation_velocities(points, count, flow->grid_size, flow->period, time, out);
+    int i;
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__deformation_velocities(flow, points + 3 * i, time, out + 3 * i);
     for (; i < count; i++) {
         springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
                                                         flow->grid_size, flow->period, time);
@@ -14508,7 +14679,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 615 \"springls.h\"\n",
+    "#line 617 \"springls.h\"\n",
     "/* params.h - the parameters, which hosts and kernels share. */\n",
     "\n",
     "typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
@@ -14593,7 +14764,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
     "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
     "} springls_params;\n",
-    "#line 1252 \"springls.h\"\n",
+    "#line 1254 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -14619,6 +14790,7 @@ static const char *const springls__kernel_lines[] = {
     "  typedef uint uint32_t;\n",
     "  #define springls__sqrt(x)   sqrt(x)\n",
     "  #define springls__fabs(x)   fabs(x)\n",
+    "  #define springls__float_of_bits(bits) as_float(bits)\n",
     "#else\n",
     "  #include <float.h>\n",
     "  #include <math.h>\n",
@@ -14627,6 +14799,7 @@ static const char *const springls__kernel_lines[] = {
     "  #if !defined(__cplusplus)\n",
     "    #include <stdbool.h>\n",
     "  #endif\n",
+    "  #include <string.h>\n",
     "  #if defined(__clang__)\n",
     "    #pragma STDC FP_CONTRACT OFF\n",
     "  #endif\n",
@@ -14650,6 +14823,12 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__CONST static const\n",
     "  #define springls__sqrt(x)   sqrtf(x)\n",
     "  #define springls__fabs(x)   fabsf(x)\n",
+    "  SPRINGLS__MATHS float springls__float_of_bits(int32_t bits)\n",
+    "  {\n",
+    "      float x;\n",
+    "      memcpy(&x, &bits, sizeof x);\n",
+    "      return x;\n",
+    "  }\n",
     "#endif\n",
     "\n",
     "/* floorf: a function call where the target has no instruction for it, and called everywhere. */\n",
@@ -14658,142 +14837,180 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1318 \"springls.h\"\n",
-    "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
-    "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
+    "#line 1328 \"springls.h\"\n",
+    "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
     "\n",
+    "/* What vector_body.h and the other bodies are made of; simd.h has the same for several numbers at once. */\n",
+    "#define springls__broadcast(x) (x)\n",
+    "#define springls__select(where, yes, no) ((where) ? (yes) : (no))\n",
+    "#define springls__any(where) (where)\n",
+    "#define springls__load(from) (*(from))\n",
+    "#define springls__store(to, x) (void)(*(to) = (x))\n",
+    "#define springls__to_int(x) ((int)(x))\n",
+    "#define springls__of_bits(bits) springls__float_of_bits(bits)\n",
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
-    "SPRINGLS__MATHS float springls__clamp(float x, float lo, float hi) { return springls__min(springls__max(x, lo), hi); }\n",
-    "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
-    "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
-    "SPRINGLS__MATHS int springls__iclamp(int x, int lo, int hi) { return springls__imin(springls__imax(x, lo), hi); }\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__v3_make(float x, float y, float z)\n",
+    "#line 1345 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 1362 \"springls.h\"\n",
+    "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
+    "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(clamp)(SPRINGLS__NUM x, float lo, float hi)\n",
     "{\n",
-    "    springls__v3 v;\n",
-    "    v.x = x; v.y = y; v.z = z;\n",
+    "    return SPRINGLS__W(min)(SPRINGLS__W(max)(x, SPRINGLS__W(broadcast)(lo)), SPRINGLS__W(broadcast)(hi));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(v3_make)(SPRINGLS__NUM x, SPRINGLS__NUM y, SPRINGLS__NUM z)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 v;\n",
+    "    v.x = x;\n",
+    "    v.y = y;\n",
+    "    v.z = z;\n",
     "    return v;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__add(springls__v3 a, springls__v3 b)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(load_v3)(const float *x, const float *y, const float *z)\n",
     "{\n",
-    "    return springls__v3_make(a.x + b.x, a.y + b.y, a.z + b.z);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(load)(x), SPRINGLS__W(load)(y), SPRINGLS__W(load)(z));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__sub(springls__v3 a, springls__v3 b)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(broadcast3)(springls__v3 v)\n",
     "{\n",
-    "    return springls__v3_make(a.x - b.x, a.y - b.y, a.z - b.z);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(broadcast)(v.x), SPRINGLS__W(broadcast)(v.y), SPRINGLS__W(broadcast)(v.z));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__scale(springls__v3 a, float s)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(add)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
     "{\n",
-    "    return springls__v3_make(a.x * s, a.y * s, a.z * s);\n",
+    "    return SPRINGLS__W(v3_make)(a.x + b.x, a.y + b.y, a.z + b.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(sub)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x - b.x, a.y - b.y, a.z - b.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__NUM s)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
     "}\n",
     "\n",
     "/* a + s b */\n",
-    "SPRINGLS__MATHS springls__v3 springls__mad(springls__v3 a, springls__v3 b, float s)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
     "{\n",
-    "    return springls__v3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
+    "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
     "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(dot)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cross)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length2)(SPRINGLS__NUM3 a) { return SPRINGLS__W(dot)(a, a); }\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length)(SPRINGLS__NUM3 a) { return SPRINGLS__W(sqrt)(SPRINGLS__W(dot)(a, a)); }\n",
+    "\n",
+    "/* Returns the unit vector along a; the zero vector stays zero. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f), l2 = SPRINGLS__W(length2)(a);\n",
+    "    const SPRINGLS__COND nonzero = l2 > 1e-30f;\n",
+    "    a = SPRINGLS__W(scale)(a, 1.0f / SPRINGLS__W(sqrt)(l2));\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(nonzero, a.x, zero), SPRINGLS__W(select)(nonzero, a.y, zero),\n",
+    "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
+    "}\n",
+    "\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
+    "   bits. Beyond, x is clamped. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
+    "    SPRINGLS__NUM r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
+    "    SPRINGLS__NUM e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
+    "                           + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
+    "    return e * SPRINGLS__W(of_bits)((SPRINGLS__W(to_int)(k) + 127) << 23);\n",
+    "}\n",
+    "\n",
+    "/* Returns tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tanh)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM a = SPRINGLS__W(fabs)(x), x2 = x * x, e = SPRINGLS__W(exp)(-2.0f * a), t = (1.0f - e) / (1.0f + e);\n",
+    "    SPRINGLS__NUM series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f\n",
+    "                              + x2 * 2.18694885e-2f))));\n",
+    "    return SPRINGLS__W(select)(a < 0.25f, series, SPRINGLS__W(select)(x < 0.0f, -t, t));\n",
+    "}\n",
+    "\n",
+    "/* Returns the natural logarithm of x in [2^-20, 2^20], by halving into [2/3, 4/3] and the atanh series. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(ln)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(broadcast)(0.0f), s, s2;\n",
+    "    SPRINGLS__COND more;\n",
+    "    for (more = x > 1.33333333f; SPRINGLS__W(any)(more); more = x > 1.33333333f) {\n",
+    "        x = SPRINGLS__W(select)(more, x * 0.5f, x);\n",
+    "        k = SPRINGLS__W(select)(more, k + 1.0f, k);\n",
+    "    }\n",
+    "    for (more = x < 0.66666667f; SPRINGLS__W(any)(more); more = x < 0.66666667f) {\n",
+    "        x = SPRINGLS__W(select)(more, x * 2.0f, x);\n",
+    "        k = SPRINGLS__W(select)(more, k - 1.0f, k);\n",
+    "    }\n",
+    "    s = (x - 1.0f) / (x + 1.0f);\n",
+    "    s2 = s * s;\n",
+    "    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));\n",
+    "}\n",
+    "\n",
+    "/* Returns atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM c = SPRINGLS__W(clamp)(x, -0.999f, 0.999f);\n",
+    "    return 0.5f * SPRINGLS__W(ln)((1.0f + c) / (1.0f - c));\n",
+    "}\n",
+    "\n",
+    "/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
+    "                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
+    "    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
+    "#line 1486 \"springls.h\"\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
+    "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
+    "SPRINGLS__MATHS int springls__iclamp(int x, int lo, int hi) { return springls__imin(springls__imax(x, lo), hi); }\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__lerp(springls__v3 a, springls__v3 b, float t)\n",
     "{\n",
     "    return springls__mad(a, springls__sub(b, a), t);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS float springls__dot(springls__v3 a, springls__v3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
-    "\n",
-    "SPRINGLS__MATHS springls__v3 springls__cross(springls__v3 a, springls__v3 b)\n",
-    "{\n",
-    "    return springls__v3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__length2(springls__v3 a) { return springls__dot(a, a); }\n",
-    "SPRINGLS__MATHS float springls__length(springls__v3 a) { return springls__sqrt(springls__dot(a, a)); }\n",
-    "\n",
-    "/* The unit vector along a; the zero vector stays zero. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__normalize(springls__v3 a)\n",
-    "{\n",
-    "    float l2 = springls__length2(a);\n",
-    "    return l2 > 1e-30f ? springls__scale(a, 1.0f / springls__sqrt(l2)) : springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "}\n",
-    "\n",
-    "/* A unit vector perpendicular to n. */\n",
+    "/* Returns a unit vector perpendicular to n. */\n",
     "SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)\n",
     "{\n",
     "    springls__v3 axis = springls__fabs(n.x) < 0.6f ? springls__v3_make(1.0f, 0.0f, 0.0f) : springls__v3_make(0.0f, 1.0f, 0.0f);\n",
     "    return springls__normalize(springls__cross(n, axis));\n",
     "}\n",
     "\n",
-    "/* exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k\n",
-    "   by repeated squaring, which is exact. */\n",
-    "SPRINGLS__MATHS float springls__exp(float x)\n",
-    "{\n",
-    "    float k = springls__floor(springls__clamp(x, -80.0f, 80.0f) * 1.44269504f + 0.5f);\n",
-    "    float r = (springls__clamp(x, -80.0f, 80.0f) - k * 0.693359375f) + k * 2.12194440e-4f;\n",
-    "    float e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
-    "                   + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
-    "    int n = (int)k;\n",
-    "    float two = n < 0 ? 0.5f : 2.0f;\n",
-    "    int i;\n",
-    "    for (i = n < 0 ? -n : n; i > 0; i >>= 1) {\n",
-    "        if (i & 1) e *= two;\n",
-    "        two *= two;\n",
-    "    }\n",
-    "    return e;\n",
-    "}\n",
-    "\n",
-    "/* tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */\n",
-    "SPRINGLS__MATHS float springls__tanh(float x)\n",
-    "{\n",
-    "    float a = springls__fabs(x);\n",
-    "    float t;\n",
-    "    if (a < 0.25f) {\n",
-    "        float x2 = x * x;\n",
-    "        return x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));\n",
-    "    }\n",
-    "    if (a > 9.0f) return x < 0.0f ? -1.0f : 1.0f;\n",
-    "    t = springls__exp(-2.0f * a);\n",
-    "    t = (1.0f - t) / (1.0f + t);\n",
-    "    return x < 0.0f ? -t : t;\n",
-    "}\n",
-    "\n",
-    "/* Natural logarithm of a normal positive float, by halving into [2/3, 4/3] and the atanh series. */\n",
-    "SPRINGLS__MATHS float springls__ln(float x)\n",
-    "{\n",
-    "    float k = 0.0f, s, s2;\n",
-    "    while (x > 1.33333333f) { x *= 0.5f; k += 1.0f; }\n",
-    "    while (x < 0.66666667f) { x *= 2.0f; k -= 1.0f; }\n",
-    "    s = (x - 1.0f) / (x + 1.0f);\n",
-    "    s2 = s * s;\n",
-    "    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));\n",
-    "}\n",
-    "\n",
-    "/* atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */\n",
-    "SPRINGLS__MATHS float springls__atanh(float x)\n",
-    "{\n",
-    "    float c = springls__clamp(x, -0.999f, 0.999f);\n",
-    "    return 0.5f * springls__ln((1.0f + c) / (1.0f - c));\n",
-    "}\n",
-    "\n",
-    "/* sin(pi x) for any x of moderate size: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
-    "SPRINGLS__MATHS float springls__sinpi(float x)\n",
-    "{\n",
-    "    float k = springls__floor(x + 0.5f);\n",
-    "    float r = x - k;\n",
-    "    float r2 = r * r;\n",
-    "    float s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
-    "                 + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
-    "    float half_k = k * 0.5f;\n",
-    "    return half_k == springls__floor(half_k) ? s : -s;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__cospi(float x) { return springls__sinpi(x + 0.5f); }\n",
-    "\n",
-    "/* Trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
+    "/* Returns the trilinear value between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
     "SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)\n",
     "{\n",
     "    float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;\n",
@@ -14801,25 +15018,432 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1462 \"springls.h\"\n",
+    "#line 1513 \"springls.h\"\n",
+    "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
+    "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
+    "   the same order: the bits are the same for every width. */\n",
+    "\n",
+    "#if defined(__OPENCL_VERSION__)\n",
+    "\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__VEC_MATHS SPRINGLS__MATHS\n",
+    "typedef float8 springls__vec;\n",
+    "typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */\n",
+    "#define springls__vec_load(from) vload8(0, from)\n",
+    "#define springls__vec_store(to, v) vstore8(v, 0, to)\n",
+    "#define springls__vec_broadcast(x) ((float8)(x))\n",
+    "#define springls__vec_select(where, yes, no) select(no, yes, where)\n",
+    "#define springls__vec_fabs(x) fabs(x)\n",
+    "#define springls__vec_sqrt(x) sqrt(x)\n",
+    "#define springls__vec_of_int(k) convert_float8(k)\n",
+    "#define springls__vec_to_int(x) convert_int8(x)\n",
+    "#define springls__vec_of_bits(bits) as_float8(bits)\n",
+    "#define springls__vec_not(where) (~(where))\n",
+    "#define springls__vec_any(where) any(where)\n",
+    "SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
+    "SPRINGLS__MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
+    "\n",
+    "#elif !defined(__GNUC__) || defined(SPRINGLS_NO_SIMD)\n",
+    "\n",
+    "#define SPRINGLS__LANES 1\n",
+    "#define SPRINGLS__VEC_MATHS SPRINGLS__MATHS\n",
+    "typedef float springls__vec;\n",
+    "typedef int springls__vmask; /* of a comparison: not 0, or 0 */\n",
+    "#define springls__vec_load(from) springls__load(from)\n",
+    "#define springls__vec_store(to, v) springls__store(to, v)\n",
+    "#define springls__vec_broadcast(x) springls__broadcast(x)\n",
+    "#define springls__vec_select(where, yes, no) springls__select(where, yes, no)\n",
+    "#define springls__vec_fabs(x) springls__fabs(x)\n",
+    "#define springls__vec_sqrt(x) springls__sqrt(x)\n",
+    "#define springls__vec_floor(x) springls__floor(x)\n",
+    "#define springls__vec_to_int(x) springls__to_int(x)\n",
+    "#define springls__vec_of_bits(bits) springls__of_bits(bits)\n",
+    "#define springls__vec_not(where) (!(where))\n",
+    "#define springls__vec_any(where) ((where) != 0)\n",
+    "#define springls__vec_min(a, b) springls__min(a, b)\n",
+    "#define springls__vec_max(a, b) springls__max(a, b)\n",
+    "\n",
+    "#else\n",
+    "\n",
+    "#if defined(__AVX2__)\n",
+    "#include <immintrin.h>\n",
+    "#define SPRINGLS__LANES 8\n",
+    "#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps\n",
+    "typedef __m256 springls__simd;\n",
+    "#else\n",
+    "#define SPRINGLS__LANES 4\n",
+    "#if defined(__SSE2__)\n",
+    "#include <emmintrin.h>\n",
+    "#define SPRINGLS__SIMD(operation) _mm_##operation##_ps\n",
+    "typedef __m128 springls__simd;\n",
+    "#endif\n",
+    "#endif\n",
+    "\n",
+    "#define SPRINGLS__VEC_MATHS __attribute__((unused, always_inline)) static inline\n",
+    "\n",
+    "typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));\n",
+    "typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */\n",
+    "typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));\n",
+    "\n",
+    "#define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)\n",
+    "#define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)\n",
+    "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
+    "#define springls__vec_not(where) (~(where))\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
+    "SPRINGLS__VEC_MATHS void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_broadcast(float x)\n",
+    "{\n",
+    "    springls__vec v = { 0 };\n",
+    "    return x - v; /* x + 0 would lose the sign of -0 */\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)\n",
+    "{\n",
+    "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
+    "}\n",
+    "\n",
+    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a < b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_max(springls__vec a, springls__vec b)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);\n",
+    "#else\n",
+    "    return springls__vec_select(a > b, a, b);\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_fabs(springls__vec x)\n",
+    "{\n",
+    "    springls__vmask sign = (springls__vmask)springls__vec_broadcast(-0.0f);\n",
+    "    return (springls__vec)((springls__vmask)x & ~sign);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_sqrt(springls__vec x)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);\n",
+    "#else\n",
+    "    springls__vec r = x;\n",
+    "    int i;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);\n",
+    "    return r;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;\n",
+    "#else\n",
+    "    int i, any = 0;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];\n",
+    "    return any != 0;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
+    "#endif\n",
+    "\n",
+    "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
+    "\n",
+    "#if SPRINGLS__LANES > 1\n",
+    "/* Returns x rounded down, for |x| < 2^31. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_floor(springls__vec x)\n",
+    "{\n",
+    "    springls__vec t = springls__vec_of_int(springls__vec_to_int(x));\n",
+    "    return t - springls__vec_select(t > x, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f));\n",
+    "}\n",
+    "#endif\n",
+    "\n",
+    "#line 1661 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 1678 \"springls.h\"\n",
+    "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
+    "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(clamp)(SPRINGLS__NUM x, float lo, float hi)\n",
+    "{\n",
+    "    return SPRINGLS__W(min)(SPRINGLS__W(max)(x, SPRINGLS__W(broadcast)(lo)), SPRINGLS__W(broadcast)(hi));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(v3_make)(SPRINGLS__NUM x, SPRINGLS__NUM y, SPRINGLS__NUM z)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 v;\n",
+    "    v.x = x;\n",
+    "    v.y = y;\n",
+    "    v.z = z;\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(load_v3)(const float *x, const float *y, const float *z)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(load)(x), SPRINGLS__W(load)(y), SPRINGLS__W(load)(z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(broadcast3)(springls__v3 v)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(broadcast)(v.x), SPRINGLS__W(broadcast)(v.y), SPRINGLS__W(broadcast)(v.z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(add)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x + b.x, a.y + b.y, a.z + b.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(sub)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x - b.x, a.y - b.y, a.z - b.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(scale)(SPRINGLS__NUM3 a, SPRINGLS__NUM s)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x * s, a.y * s, a.z * s);\n",
+    "}\n",
+    "\n",
+    "/* a + s b */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(mad)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM s)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(dot)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cross)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length2)(SPRINGLS__NUM3 a) { return SPRINGLS__W(dot)(a, a); }\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(length)(SPRINGLS__NUM3 a) { return SPRINGLS__W(sqrt)(SPRINGLS__W(dot)(a, a)); }\n",
+    "\n",
+    "/* Returns the unit vector along a; the zero vector stays zero. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normalize)(SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f), l2 = SPRINGLS__W(length2)(a);\n",
+    "    const SPRINGLS__COND nonzero = l2 > 1e-30f;\n",
+    "    a = SPRINGLS__W(scale)(a, 1.0f / SPRINGLS__W(sqrt)(l2));\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(nonzero, a.x, zero), SPRINGLS__W(select)(nonzero, a.y, zero),\n",
+    "                                SPRINGLS__W(select)(nonzero, a.z, zero));\n",
+    "}\n",
+    "\n",
+    "/* Returns exp(x) for x in [-80, 80], relative error below 3e-7: x = k ln 2 + r with |r| <= ln 2 / 2, a series in r, and 2^k by its\n",
+    "   bits. Beyond, x is clamped. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(exp)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM in = SPRINGLS__W(clamp)(x, -80.0f, 80.0f), k = SPRINGLS__W(floor)(in * 1.44269504f + 0.5f);\n",
+    "    SPRINGLS__NUM r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
+    "    SPRINGLS__NUM e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
+    "                           + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
+    "    return e * SPRINGLS__W(of_bits)((SPRINGLS__W(to_int)(k) + 127) << 23);\n",
+    "}\n",
+    "\n",
+    "/* Returns tanh(x) = (1 - e) / (1 + e) with e = exp(-2|x|); an odd series where that would cancel. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tanh)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM a = SPRINGLS__W(fabs)(x), x2 = x * x, e = SPRINGLS__W(exp)(-2.0f * a), t = (1.0f - e) / (1.0f + e);\n",
+    "    SPRINGLS__NUM series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f\n",
+    "                              + x2 * 2.18694885e-2f))));\n",
+    "    return SPRINGLS__W(select)(a < 0.25f, series, SPRINGLS__W(select)(x < 0.0f, -t, t));\n",
+    "}\n",
+    "\n",
+    "/* Returns the natural logarithm of x in [2^-20, 2^20], by halving into [2/3, 4/3] and the atanh series. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(ln)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(broadcast)(0.0f), s, s2;\n",
+    "    SPRINGLS__COND more;\n",
+    "    for (more = x > 1.33333333f; SPRINGLS__W(any)(more); more = x > 1.33333333f) {\n",
+    "        x = SPRINGLS__W(select)(more, x * 0.5f, x);\n",
+    "        k = SPRINGLS__W(select)(more, k + 1.0f, k);\n",
+    "    }\n",
+    "    for (more = x < 0.66666667f; SPRINGLS__W(any)(more); more = x < 0.66666667f) {\n",
+    "        x = SPRINGLS__W(select)(more, x * 2.0f, x);\n",
+    "        k = SPRINGLS__W(select)(more, k - 1.0f, k);\n",
+    "    }\n",
+    "    s = (x - 1.0f) / (x + 1.0f);\n",
+    "    s2 = s * s;\n",
+    "    return k * 0.69314718f + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f))));\n",
+    "}\n",
+    "\n",
+    "/* Returns atanh(x) = log((1 + x) / (1 - x)) / 2, its argument kept 1e-3 away from the poles. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(atanh)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM c = SPRINGLS__W(clamp)(x, -0.999f, 0.999f);\n",
+    "    return 0.5f * SPRINGLS__W(ln)((1.0f + c) / (1.0f - c));\n",
+    "}\n",
+    "\n",
+    "/* Returns sin(pi x) for |x| < 2^31: reduced to [-1/2, 1/2], odd polynomial of degree 11 (absolute error below 2e-7). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(sinpi)(SPRINGLS__NUM x)\n",
+    "{\n",
+    "    SPRINGLS__NUM k = SPRINGLS__W(floor)(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
+    "    SPRINGLS__NUM s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
+    "                         + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
+    "    return SPRINGLS__W(select)(half_k == SPRINGLS__W(floor)(half_k), s, -s);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
+    "#line 1802 \"springls.h\"\n",
+    "\n",
+    "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
+    "\n",
+    "/* Returns first, first + 1, ...: places along a row of eight. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
+    "#line 1809 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
     "\n",
+    "/* A triangle prepared for many points: everything a distance needs that does not depend on the point. */\n",
+    "typedef struct springls__tri_plan {\n",
+    "    springls__tri t;\n",
+    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
+    "    float inverse_edge2[3], inverse_n2;\n",
+    "} springls__tri_plan;\n",
+    "\n",
+    "#line 1822 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 1839 \"springls.h\"\n",
+    "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
+    "\n",
+    "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(inverse_length2)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    SPRINGLS__NUM l2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(b, a));\n",
+    "    return SPRINGLS__W(select)(l2 > 1e-20f, 1.0f / l2, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns the parameter in [0, 1] of the point closest to x of the segment that starts at a, of vector ab; inverse is\n",
+    "   1 / |ab|^2, or 0 for a segment of no length. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 a, SPRINGLS__NUM3 ab,\n",
+    "                                                               SPRINGLS__NUM inverse)\n",
+    "{\n",
+    "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to that segment. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
+    "    SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(inverse));\n",
+    "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
+    "   edge. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
+    "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
+    "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
+    "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
+    "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
+    "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
+    "    SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);\n",
+    "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
+    "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
+    "}\n",
+    "#line 1885 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 1902 \"springls.h\"\n",
+    "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
+    "\n",
+    "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(inverse_length2)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    SPRINGLS__NUM l2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(b, a));\n",
+    "    return SPRINGLS__W(select)(l2 > 1e-20f, 1.0f / l2, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns the parameter in [0, 1] of the point closest to x of the segment that starts at a, of vector ab; inverse is\n",
+    "   1 / |ab|^2, or 0 for a segment of no length. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_parameter)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 a, SPRINGLS__NUM3 ab,\n",
+    "                                                               SPRINGLS__NUM inverse)\n",
+    "{\n",
+    "    return SPRINGLS__W(clamp)(SPRINGLS__W(dot)(SPRINGLS__W(sub)(x, a), ab) * inverse, 0.0f, 1.0f);\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to that segment. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(segment_distance2)(SPRINGLS__NUM3 x, springls__v3 a, springls__v3 ab, float inverse)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 start = SPRINGLS__W(broadcast3)(a), along = SPRINGLS__W(broadcast3)(ab);\n",
+    "    SPRINGLS__NUM s = SPRINGLS__W(segment_parameter)(x, start, along, SPRINGLS__W(broadcast)(inverse));\n",
+    "    return SPRINGLS__W(length2)(SPRINGLS__W(mad)(SPRINGLS__W(sub)(x, start), along, -s));\n",
+    "}\n",
+    "\n",
+    "/* Returns the squared distance from x to the triangle of the plan (eq. 21): to its plane inside of the three sides, else to the nearest\n",
+    "   edge. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(tri_distance2)(const springls__tri_plan *plan, SPRINGLS__NUM3 x)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 da = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.a));\n",
+    "    SPRINGLS__NUM3 db = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.b));\n",
+    "    SPRINGLS__NUM3 dc = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(plan->t.c));\n",
+    "    SPRINGLS__NUM height = SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->n), da);\n",
+    "    SPRINGLS__NUM inner = SPRINGLS__W(min)(SPRINGLS__W(min)(SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[0]), da),\n",
+    "                                                            SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[1]), db)),\n",
+    "                                           SPRINGLS__W(dot)(SPRINGLS__W(broadcast3)(plan->side[2]), dc));\n",
+    "    SPRINGLS__NUM e0 = SPRINGLS__W(segment_distance2)(x, plan->t.a, plan->edge[0], plan->inverse_edge2[0]);\n",
+    "    SPRINGLS__NUM e1 = SPRINGLS__W(segment_distance2)(x, plan->t.b, plan->edge[1], plan->inverse_edge2[1]);\n",
+    "    SPRINGLS__NUM e2 = SPRINGLS__W(segment_distance2)(x, plan->t.c, plan->edge[2], plan->inverse_edge2[2]);\n",
+    "    SPRINGLS__NUM edges = SPRINGLS__W(min)(SPRINGLS__W(min)(e0, e1), e2);\n",
+    "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
+    "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
+    "}\n",
+    "#line 1946 \"springls.h\"\n",
+    "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
-    "\n",
-    "/* Parameter in [0,1] of the point of segment a-b closest to x; inv is 1/|b-a|^2, or 0 for a segment of no length. */\n",
-    "SPRINGLS__MATHS float springls__segment_parameter(springls__v3 x, springls__v3 a, springls__v3 b, float inv)\n",
-    "{\n",
-    "    return springls__clamp(springls__dot(springls__sub(x, a), springls__sub(b, a)) * inv, 0.0f, 1.0f);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__inverse_length2(springls__v3 a, springls__v3 b)\n",
-    "{\n",
-    "    float l2 = springls__length2(springls__sub(b, a));\n",
-    "    return l2 > 1e-20f ? 1.0f / l2 : 0.0f;\n",
-    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
     "{\n",
@@ -14831,7 +15455,7 @@ static const char *const springls__kernel_lines[] = {
     "    return h;\n",
     "}\n",
     "\n",
-    "/* Closest point of triangle t to x, by Voronoi regions. A triangle of no area answers with its closest edge point. */\n",
+    "/* Returns the closest point of triangle t to x, by Voronoi regions; of a triangle without area the closest point of an edge. */\n",
     "SPRINGLS__MATHS springls__tri_hit springls__tri_closest(springls__tri t, springls__v3 x)\n",
     "{\n",
     "    springls__v3 ab = springls__sub(t.b, t.a), ac = springls__sub(t.c, t.a);\n",
@@ -14845,18 +15469,18 @@ static const char *const springls__kernel_lines[] = {
     "        float u = 1.0f - v - w;\n",
     "        if (u >= 0.0f && v >= 0.0f && w >= 0.0f) return springls__tri_hit_make(t, x, u, v, w);\n",
     "    }\n",
-    "    s = springls__segment_parameter(x, t.a, t.b, springls__inverse_length2(t.a, t.b));\n",
+    "    s = springls__segment_parameter(x, t.a, springls__sub(t.b, t.a), springls__inverse_length2(t.a, t.b));\n",
     "    best = springls__tri_hit_make(t, x, 1.0f - s, s, 0.0f);\n",
-    "    s = springls__segment_parameter(x, t.b, t.c, springls__inverse_length2(t.b, t.c));\n",
+    "    s = springls__segment_parameter(x, t.b, springls__sub(t.c, t.b), springls__inverse_length2(t.b, t.c));\n",
     "    h = springls__tri_hit_make(t, x, 0.0f, 1.0f - s, s);\n",
     "    if (h.d2 < best.d2) best = h;\n",
-    "    s = springls__segment_parameter(x, t.c, t.a, springls__inverse_length2(t.c, t.a));\n",
+    "    s = springls__segment_parameter(x, t.c, springls__sub(t.a, t.c), springls__inverse_length2(t.c, t.a));\n",
     "    h = springls__tri_hit_make(t, x, s, 0.0f, 1.0f - s);\n",
     "    if (h.d2 < best.d2) best = h;\n",
     "    return best;\n",
     "}\n",
     "\n",
-    "/* Twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */\n",
+    "/* Returns twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */\n",
     "SPRINGLS__MATHS springls__v3 springls__tri_area2(springls__tri t)\n",
     "{\n",
     "    return springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a));\n",
@@ -14869,13 +15493,6 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
     "\n",
-    "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
-    "typedef struct springls__tri_plan {\n",
-    "    springls__tri t;\n",
-    "    springls__v3 edge[3], side[3], n; /* side: in-plane inward normal of an edge (not unit); n: twice the area vector */\n",
-    "    float inverse_edge2[3], inverse_n2;\n",
-    "} springls__tri_plan;\n",
-    "\n",
     "SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)\n",
     "{\n",
     "    springls__tri_plan plan;\n",
@@ -14883,7 +15500,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.t = t;\n",
     "    plan.n = springls__tri_area2(t);\n",
     "    n2 = springls__length2(plan.n);\n",
-    "    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: inside is never true, edges decide */\n",
+    "    plan.inverse_n2 = n2 > 1e-20f ? 1.0f / n2 : 0.0f; /* no area: only the edges count */\n",
     "    plan.edge[0] = springls__sub(t.b, t.a);\n",
     "    plan.edge[1] = springls__sub(t.c, t.b);\n",
     "    plan.edge[2] = springls__sub(t.a, t.c);\n",
@@ -14895,40 +15512,156 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "\n",
-    "/* Squared distance from x to the segment that starts at a, of vector e. */\n",
-    "SPRINGLS__MATHS float springls__segment_distance2(springls__v3 x, springls__v3 a, springls__v3 e, float inverse)\n",
-    "{\n",
-    "    springls__v3 d = springls__sub(x, a);\n",
-    "    float s = springls__clamp(springls__dot(d, e) * inverse, 0.0f, 1.0f);\n",
-    "    return springls__length2(springls__mad(d, e, -s));\n",
-    "}\n",
-    "\n",
-    "/* Squared distance from x to the triangle, without a branch. */\n",
-    "SPRINGLS__MATHS float springls__tri_distance2(const springls__tri_plan plan, springls__v3 x)\n",
-    "{\n",
-    "    springls__v3 da = springls__sub(x, plan.t.a), db = springls__sub(x, plan.t.b), dc = springls__sub(x, plan.t.c);\n",
-    "    float height = springls__dot(plan.n, da);\n",
-    "    float inner = springls__min(springls__min(springls__dot(plan.side[0], da), springls__dot(plan.side[1], db)),\n",
-    "                                springls__dot(plan.side[2], dc));\n",
-    "    float e0 = springls__segment_distance2(x, plan.t.a, plan.edge[0], plan.inverse_edge2[0]);\n",
-    "    float e1 = springls__segment_distance2(x, plan.t.b, plan.edge[1], plan.inverse_edge2[1]);\n",
-    "    float e2 = springls__segment_distance2(x, plan.t.c, plan.edge[2], plan.inverse_edge2[2]);\n",
-    "    float edges = springls__min(springls__min(e0, e1), e2);\n",
-    "    float face = height * height * plan.inverse_n2;\n",
-    "    float use_face = inner >= 0.0f ? plan.inverse_n2 : 0.0f;\n",
-    "    return use_face > 0.0f ? face : edges;\n",
-    "}\n",
-    "#line 1581 \"springls.h\"\n",
-    "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
+    "#line 2019 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 2035 \"springls.h\"\n",
+    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
-    "typedef struct springls__springl {\n",
-    "    springls__v3 q[3];      /* triangle vertices, counter-clockwise seen from outside                           */\n",
-    "    springls__v3 p;         /* particle                                                                         */\n",
-    "    float inverse_edge2[3]; /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length                                    */\n",
-    "    float bounding_radius; /* max |q[m] - p|                                                                   */\n",
-    "} springls__springl;\n",
+    "typedef struct SPRINGLS__W(springl) {\n",
+    "    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */\n",
+    "    SPRINGLS__NUM3 p;                /* particle                                               */\n",
+    "    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */\n",
+    "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
+    "} SPRINGLS__W(springl);\n",
+    "\n",
+    "/* Sets what follows from q and p. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
+    "        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));\n",
+    "    }\n",
+    "    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
+    "{\n",
+    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    int lane, k, m;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
+    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "    }\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Writes them, with what follows from q and p. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    int lane, k, m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__W(store)(number[3 * m], s.q[m].x);\n",
+    "        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);\n",
+    "        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);\n",
+    "        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(number[9], s.p.x);\n",
+    "    SPRINGLS__W(store)(number[10], s.p.y);\n",
+    "    SPRINGLS__W(store)(number[11], s.p.z);\n",
+    "    SPRINGLS__W(store)(number[15], s.bounding_radius);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];\n",
+    "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
+    "    }\n",
+    "}\n",
+    "#line 2095 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 2111 \"springls.h\"\n",
+    "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
+    "\n",
+    "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
+    "typedef struct SPRINGLS__W(springl) {\n",
+    "    SPRINGLS__NUM3 q[3];             /* triangle vertices, counter-clockwise seen from outside */\n",
+    "    SPRINGLS__NUM3 p;                /* particle                                               */\n",
+    "    SPRINGLS__NUM inverse_edge2[3];  /* 1/|q[m+1]-q[m]|^2, 0 for an edge of no length          */\n",
+    "    SPRINGLS__NUM bounding_radius;   /* max |q[m] - p|                                         */\n",
+    "} SPRINGLS__W(springl);\n",
+    "\n",
+    "/* Sets what follows from q and p. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_finished)(SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    SPRINGLS__NUM radius2 = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        s.inverse_edge2[m] = SPRINGLS__W(inverse_length2)(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
+    "        radius2 = SPRINGLS__W(max)(radius2, SPRINGLS__W(length2)(SPRINGLS__W(sub)(s.q[m], s.p)));\n",
+    "    }\n",
+    "    s.bounding_radius = SPRINGLS__W(sqrt)(radius2);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Reads the springls first, first + 1, ..., one a lane: q and p, not what follows from them. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBAL const springls__springl *all, int first)\n",
+    "{\n",
+    "    float number[12][SPRINGLS__WIDTH];\n",
+    "    SPRINGLS__W(springl) s;\n",
+    "    int lane, k, m;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        SPRINGLS__GLOBAL const float *from = (SPRINGLS__GLOBAL const float *)&all[first + lane];\n",
+    "        for (k = 0; k < 12; k++) number[k][lane] = from[k];\n",
+    "    }\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(load_v3)(number[3 * m], number[3 * m + 1], number[3 * m + 2]);\n",
+    "    s.p = SPRINGLS__W(load_v3)(number[9], number[10], number[11]);\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Writes them, with what follows from q and p. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
+    "{\n",
+    "    float number[16][SPRINGLS__WIDTH];\n",
+    "    int lane, k, m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__W(store)(number[3 * m], s.q[m].x);\n",
+    "        SPRINGLS__W(store)(number[3 * m + 1], s.q[m].y);\n",
+    "        SPRINGLS__W(store)(number[3 * m + 2], s.q[m].z);\n",
+    "        SPRINGLS__W(store)(number[12 + m], s.inverse_edge2[m]);\n",
+    "    }\n",
+    "    SPRINGLS__W(store)(number[9], s.p.x);\n",
+    "    SPRINGLS__W(store)(number[10], s.p.y);\n",
+    "    SPRINGLS__W(store)(number[11], s.p.z);\n",
+    "    SPRINGLS__W(store)(number[15], s.bounding_radius);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        SPRINGLS__GLOBAL float *to = (SPRINGLS__GLOBAL float *)&all[first + lane];\n",
+    "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
+    "    }\n",
+    "}\n",
+    "#line 2171 \"springls.h\"\n",
+    "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
     "typedef struct springls__constellation {\n",
@@ -15068,19 +15801,6 @@ static const char *const springls__kernel_lines[] = {
     "/* The numbers that one run of a kernel is given besides. */\n",
     "typedef struct springls__job { int i[4]; float f[4]; } springls__job;\n",
     "\n",
-    "/* With what follows from q and p. */\n",
-    "SPRINGLS__MATHS springls__springl springls__springl_finished(springls__springl s)\n",
-    "{\n",
-    "    float reach2 = 0.0f;\n",
-    "    int m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        s.inverse_edge2[m] = springls__inverse_length2(s.q[m], s.q[m == 2 ? 0 : m + 1]);\n",
-    "        reach2 = springls__max(reach2, springls__length2(springls__sub(s.q[m], s.p)));\n",
-    "    }\n",
-    "    s.bounding_radius = springls__sqrt(reach2);\n",
-    "    return s;\n",
-    "}\n",
-    "\n",
     "SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, springls__v3 p)\n",
     "{\n",
     "    springls__springl s;\n",
@@ -15183,7 +15903,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.bounding_radius = shape.bounding_radius;\n",
     "}\n",
-    "#line 1846 \"springls.h\"\n",
+    "#line 2415 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -15324,31 +16044,47 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER;\n",
     "}\n",
     "\n",
-    "/* One voxel and its six neighbours. */\n",
-    "typedef struct springls__cross7 { float c, xm, xp, ym, yp, zm, zp; } springls__cross7;\n",
+    "/* Voxels of a row and their six neighbours, one voxel a lane. */\n",
+    "typedef struct springls__cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__cross7;\n",
     "\n",
-    "/* The smallest and the largest of the six neighbours. */\n",
-    "SPRINGLS__MATHS float springls__least(springls__cross7 v)\n",
-    "{\n",
-    "    return springls__min(springls__min(springls__min(v.xm, v.xp), springls__min(v.ym, v.yp)), springls__min(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS float springls__most(springls__cross7 v)\n",
-    "{\n",
-    "    return springls__max(springls__max(springls__max(v.xm, v.xp), springls__max(v.ym, v.yp)), springls__max(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)\n",
+    "/* Reads voxels t[0], t[1], ... of a tile. */\n",
+    "SPRINGLS__VEC_MATHS springls__cross7 springls__tile_cross(SPRINGLS__LOCAL const float *t)\n",
     "{\n",
     "    springls__cross7 v;\n",
-    "    v.c = t[0];\n",
-    "    v.xm = t[-1];\n",
-    "    v.xp = t[1];\n",
-    "    v.ym = t[-SPRINGLS__TILE];\n",
-    "    v.yp = t[SPRINGLS__TILE];\n",
-    "    v.zm = t[-SPRINGLS__TILE * SPRINGLS__TILE];\n",
-    "    v.zp = t[SPRINGLS__TILE * SPRINGLS__TILE];\n",
+    "    v.c = springls__vec_load(t);\n",
+    "    v.xm = springls__vec_load(t - 1);\n",
+    "    v.xp = springls__vec_load(t + 1);\n",
+    "    v.ym = springls__vec_load(t - SPRINGLS__TILE);\n",
+    "    v.yp = springls__vec_load(t + SPRINGLS__TILE);\n",
+    "    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);\n",
+    "    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);\n",
     "    return v;\n",
+    "}\n",
+    "\n",
+    "/* Return the smallest and the largest of the six neighbours. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__least(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
+    "                             springls__vec_min(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__most(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
+    "                             springls__vec_max(v.zm, v.zp));\n",
+    "}\n",
+    "\n",
+    "/* Returns where c lies on the other side than lo or hi, the extremes of its neighbours. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)\n",
+    "{\n",
+    "    springls__vmask inside = c < 0.0f;\n",
+    "    return (inside & (hi >= 0.0f)) | (springls__vec_not(inside) & (lo < 0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns where a voxel and one of its six neighbours lie on different sides. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__crosses(v.c, springls__least(v), springls__most(v));\n",
     "}\n",
     "\n",
     "/* A brick with a margin of three voxels, to be sampled at places that the surface has come from. */\n",
@@ -15431,18 +16167,62 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2095 \"springls.h\"\n",
-    "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
+    "#line 2680 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 2696 \"springls.h\"\n",
+    "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
-    "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
-    "SPRINGLS__MATHS springls__v3 springls__deformation_velocity(springls__v3 voxel, float n, float period, float time)\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)\n",
     "{\n",
-    "    springls__v3 x = springls__scale(voxel, 1.0f / n);\n",
-    "    float sx = springls__sinpi(x.x), sy = springls__sinpi(x.y), sz = springls__sinpi(x.z);\n",
-    "    float s2x = springls__sinpi(2.0f * x.x), s2y = springls__sinpi(2.0f * x.y), s2z = springls__sinpi(2.0f * x.z);\n",
+    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
+    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
     "    float s = n * springls__cospi(time / period);\n",
-    "    return springls__v3_make(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
+    "#line 2709 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 2725 \"springls.h\"\n",
+    "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
+    "\n",
+    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float period, float time)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
+    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
+    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y), s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
+    "    float s = n * springls__cospi(time / period);\n",
+    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
+    "}\n",
+    "#line 2738 \"springls.h\"\n",
+    "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
     "{\n",
@@ -15639,7 +16419,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2615 \"springls.h\"\n",
+    "#line 3248 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
@@ -15661,9 +16441,22 @@ static const char *const springls__kernel_lines[] = {
     "    hi[2] = springls__cell_coordinate(upper.z, g->size[2]) >> 3;\n",
     "}\n",
     "\n",
-    "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
-    "                                         SPRINGLS__GLOBAL float *row);\n",
+    "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this center\n",
+    "   and radius, comes closer than row[i]. */\n",
+    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float radius, int x, int y, int z,\n",
+    "                                         SPRINGLS__GLOBAL float *row)\n",
+    "{\n",
+    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec best = springls__vec_load(row + i), within = best + radius;\n",
+    "        at.x = (float)x + springls__vec_from(i);\n",
+    "        d = springls__vec_sub(at, springls__vec_broadcast3(center));\n",
+    "        if (!springls__vec_any(springls__vec_length2(d) < within * within)) continue;\n",
+    "        best = springls__vec_min(best, springls__vec_sqrt(springls__vec_tri_distance2(plan, at)));\n",
+    "        springls__vec_store(row + i, best);\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* omega's first voxel below zero: the brick is new, or its springls have moved. */\n",
     "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
@@ -15719,7 +16512,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2696 \"springls.h\"\n",
+    "#line 3342 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -15829,7 +16622,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2807 \"springls.h\"\n",
+    "#line 3453 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -15847,9 +16640,27 @@ static const char *const springls__kernel_lines[] = {
     "    return length < room ? length + 1 : room;\n",
     "}\n",
     "\n",
-    "/* Which edge of springl o comes nearest to each of the points q[0..2], nearer than the radius: its number and its distance\n",
-    "   squared; else -1. */\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3]);\n",
+    "/* Finds the edge of springl o nearest to each of the points q[0..2] within the radius, one point a lane: its number (-1: none)\n",
+    "   and its squared distance. */\n",
+    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,\n",
+    "                                             float radius2, float d2[8], float edge[8])\n",
+    "{\n",
+    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
+    "    int e, m;\n",
+    "    for (m = 0; m < 3; m += SPRINGLS__LANES) {\n",
+    "        springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);\n",
+    "        springls__vec best = springls__vec_broadcast(radius2), found = springls__vec_broadcast(-1.0f);\n",
+    "        for (e = 0; e < 3; e++) {\n",
+    "            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
+    "            springls__vec d = springls__vec_segment_distance2(at, a, ab, o->inverse_edge2[e]);\n",
+    "            springls__vmask nearer = d < best;\n",
+    "            best = springls__vec_select(nearer, d, best);\n",
+    "            found = springls__vec_select(nearer, springls__vec_broadcast((float)e), found);\n",
+    "        }\n",
+    "        springls__vec_store(d2 + m, best);\n",
+    "        springls__vec_store(edge + m, found);\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* row[MAX_NEIGHBORS m + k]: 3 * springl + edge of the k-th nearest neighbour of vertex m; -1 after the last. */\n",
     "SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int n, SPRINGLS__GLOBAL int *row)\n",
@@ -15859,8 +16670,8 @@ static const char *const springls__kernel_lines[] = {
     "    const int room = model->params.max_neighbors;\n",
     "    springls__v3 lower, upper, normal = springls__springl_normal(*self);\n",
     "    springls__cell_walk walk;\n",
-    "    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[3];\n",
-    "    int length[3] = { 0, 0, 0 }, edge[3], other, m;\n",
+    "    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];\n",
+    "    int length[3] = { 0, 0, 0 }, other, m;\n",
     "    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;\n",
     "    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));\n",
     "    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));\n",
@@ -15880,9 +16691,9 @@ static const char *const springls__kernel_lines[] = {
     "        if (model->params.relax_same_side && springls__dot(normal, springls__springl_normal(*o)) <= 0.0f) continue;\n",
     "        springls__nearest_edges(o, self->q, radius2, d2, edge);\n",
     "        for (m = 0; m < 3; m++)\n",
-    "            if (edge[m] >= 0)\n",
+    "            if (edge[m] >= 0.0f)\n",
     "                length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m, length[m], room,\n",
-    "                                                     d2[m], 3 * other + edge[m]);\n",
+    "                                                     d2[m], 3 * other + (int)edge[m]);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -15891,12 +16702,8 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2870 \"springls.h\"\n",
-    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
-    "\n",
-    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
-    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
-    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "#line 3534 \"springls.h\"\n",
+    "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
     "    float rest, radius, d_max;       /* 2r, R, d_max (Table 1)                   */\n",
@@ -15905,90 +16712,6 @@ static const char *const springls__kernel_lines[] = {
     "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
     "    int threshold, weight, physical; /* H, W, and which torque                   */\n",
     "} springls__relax_rule;\n",
-    "\n",
-    "/* Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
-    "SPRINGLS__MATHS float springls__hermite(float x, float a, float b, float ya, float sa, float yb)\n",
-    "{\n",
-    "    float h = b - a, t = (x - a) / h, u = 1.0f - t;\n",
-    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
-    "}\n",
-    "\n",
-    "/* W_c and W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
-    "   continues the slope at 0. */\n",
-    "SPRINGLS__MATHS float springls__weight_spline(float x, float peak, float radius)\n",
-    "{\n",
-    "    if (x <= 0.0f) return x;\n",
-    "    if (x >= radius) return 0.0f;\n",
-    "    return x < peak ? springls__hermite(x, 0.0f, peak, 0.0f, 1.0f, peak) : springls__hermite(x, peak, radius, peak, 0.0f, 0.0f);\n",
-    "}\n",
-    "\n",
-    "/* W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
-    "SPRINGLS__MATHS float springls__weight(int which, float x, float d_max, float radius)\n",
-    "{\n",
-    "    if (which == 0) return x;\n",
-    "    if (which == 1) return springls__atanh(x);\n",
-    "    return springls__weight_spline(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
-    "}\n",
-    "\n",
-    "/* H(x), Fig. 8a: a linear, b tanh. */\n",
-    "SPRINGLS__MATHS float springls__threshold(int which, float x) { return which == 0 ? x : springls__tanh(x); }\n",
-    "\n",
-    "/* alpha(|d|) d of eq. 12, towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__attraction(springls__relax_rule rule, springls__v3 d)\n",
-    "{\n",
-    "    float x = springls__length(d);\n",
-    "    float w = springls__weight(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
-    "    return springls__scale(d, x > 1e-6f ? rule.kappa_ext * w / x : 0.0f);\n",
-    "}\n",
-    "\n",
-    "/* g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__thresholded(springls__relax_rule rule, springls__v3 c)\n",
-    "{\n",
-    "    float x = springls__length(c);\n",
-    "    return springls__scale(c, x > 1e-6f ? springls__threshold(rule.threshold, rule.sharpness * x) / x : 0.0f);\n",
-    "}\n",
-    "\n",
-    "/* v turned by |w| radians about w (Rodrigues). */\n",
-    "SPRINGLS__MATHS springls__v3 springls__rotate(springls__v3 v, springls__v3 w)\n",
-    "{\n",
-    "    float angle = springls__length(w), s, c;\n",
-    "    springls__v3 axis;\n",
-    "    if (angle < 1e-7f) return v;\n",
-    "    axis = springls__scale(w, 1.0f / angle);\n",
-    "    s = springls__sinpi(angle * 0.318309886f);\n",
-    "    c = springls__cospi(angle * 0.318309886f);\n",
-    "    return springls__add(springls__add(springls__scale(v, c), springls__scale(springls__cross(axis, v), s)),\n",
-    "                         springls__scale(axis, springls__dot(axis, v) * (1.0f - c)));\n",
-    "}\n",
-    "\n",
-    "/* The triangle after one iteration of eq. 17 and 18, given the thresholded force at each vertex. */\n",
-    "SPRINGLS__MATHS springls__tri springls__relax_springl(springls__relax_rule rule, springls__tri t, springls__v3 p,\n",
-    "                                                      springls__v3 ga, springls__v3 gb, springls__v3 gc)\n",
-    "{\n",
-    "    springls__v3 g[3], spring[3], turn = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    float length[3];\n",
-    "    springls__tri out;\n",
-    "    int m;\n",
-    "    g[0] = ga; g[1] = gb; g[2] = gc;\n",
-    "    spring[0] = springls__sub(t.a, p);\n",
-    "    spring[1] = springls__sub(t.b, p);\n",
-    "    spring[2] = springls__sub(t.c, p);\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        float arm;\n",
-    "        length[m] = springls__length(spring[m]);\n",
-    "        spring[m] = springls__normalize(spring[m]);\n",
-    "        arm = rule.physical ? length[m] : 1.0f;                                                /* eq. 19 or eq. 20 */\n",
-    "        turn = springls__mad(turn, springls__cross(spring[m], g[m]), arm);\n",
-    "    }\n",
-    "    turn = springls__scale(turn, rule.step_rotation);                                          /* eq. 18           */\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        float along = springls__dot(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17       */\n",
-    "        length[m] = springls__max(length[m] + rule.step_length * along, 0.25f * rule.rest);\n",
-    "        spring[m] = springls__mad(p, springls__rotate(spring[m], turn), length[m]);            /* eq. 3            */\n",
-    "    }\n",
-    "    out.a = spring[0]; out.b = spring[1]; out.c = spring[2];\n",
-    "    return out;\n",
-    "}\n",
     "\n",
     "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
     "{\n",
@@ -16007,42 +16730,396 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
+    "#line 3563 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 3580 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
-    "/* g of eq. 13 at a vertex: the closest points slide along their edges as the vertex moves. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__vertex_force(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all, springls__v3 q, SPRINGLS__GLOBAL const int *codes)\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
     "{\n",
-    "    springls__v3 c = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    int k;\n",
-    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && codes[k] >= 0; k++) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &all[codes[k] / 3];\n",
-    "        int e = codes[k] % 3;\n",
-    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
-    "        float s = springls__segment_parameter(q, a, b, o->inverse_edge2[e]);\n",
-    "        c = springls__add(c, springls__attraction(rule, springls__sub(springls__lerp(a, b, s), q)));\n",
-    "    }\n",
-    "    return springls__thresholded(rule, c);\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
     "}\n",
     "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
     "\n",
-    "/* One iteration of Algorithm 1 for springl i: from S to SCRATCH1. */\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == 0) return x;\n",
+    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v turned (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
+    "}\n",
+    "#line 3750 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 3767 \"springls.h\"\n",
+    "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
+    "\n",
+    "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
+    "   subtract them. Here d points from a vertex to its neighbour and is added, which is the same motion. World-frame\n",
+    "   springs M s are used where eq. 9 and 19 print s: the pose b is zero at the start of every iteration. */\n",
+    "\n",
+    "/* Returns the Hermite cubic on [a, b] from value ya with slope sa to value yb with slope 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(hermite)(SPRINGLS__NUM x, float a, float b, float ya, float sa, float yb)\n",
+    "{\n",
+    "    const float h = b - a;\n",
+    "    SPRINGLS__NUM t = (x - a) / h, u = 1.0f - t;\n",
+    "    return ya * (1.0f + 2.0f * t) * u * u + sa * h * t * u * u + yb * t * t * (3.0f - 2.0f * t);\n",
+    "}\n",
+    "\n",
+    "/* Returns W_c or W_d of section 5.1: slope 1 at 0, W(peak) = peak with slope 0, zero from R on with slope 0. Repulsion (x < 0)\n",
+    "   continues the slope at 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight_spline)(SPRINGLS__NUM x, float peak, float radius)\n",
+    "{\n",
+    "    SPRINGLS__NUM rising = SPRINGLS__W(hermite)(x, 0.0f, peak, 0.0f, 1.0f, peak);\n",
+    "    SPRINGLS__NUM falling = SPRINGLS__W(hermite)(x, peak, radius, peak, 0.0f, 0.0f);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(select)(x < peak, rising, falling);\n",
+    "    w = SPRINGLS__W(select)(x >= radius, SPRINGLS__W(broadcast)(0.0f), w);\n",
+    "    return SPRINGLS__W(select)(x <= 0.0f, x, w);\n",
+    "}\n",
+    "\n",
+    "/* Returns W(x), Fig. 8b: a linear, b atanh, c far spline, d near spline. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(weight)(int which, SPRINGLS__NUM x, float d_max, float radius)\n",
+    "{\n",
+    "    if (which == 0) return x;\n",
+    "    if (which == 1) return SPRINGLS__W(atanh)(x);\n",
+    "    return SPRINGLS__W(weight_spline)(x, which == 2 ? d_max : 0.5f * d_max, radius);\n",
+    "}\n",
+    "\n",
+    "/* Returns H(x), Fig. 8a: a linear, b tanh. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(threshold)(int which, SPRINGLS__NUM x)\n",
+    "{\n",
+    "    return which == 0 ? x : SPRINGLS__W(tanh)(x);\n",
+    "}\n",
+    "\n",
+    "/* Returns alpha(|d|) of eq. 12 for d towards the neighbour: alpha(x) = W((x - 2r) / R) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(attraction)(springls__relax_rule rule, SPRINGLS__NUM3 d)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(d);\n",
+    "    SPRINGLS__NUM w = SPRINGLS__W(weight)(rule.weight, (x - rule.rest) / rule.radius, rule.d_max, rule.radius);\n",
+    "    return SPRINGLS__W(select)(x > 1e-6f, rule.kappa_ext * w / x, SPRINGLS__W(broadcast)(0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 from c of eq. 12: beta(x) = H(lambda_c x) / x. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(thresholded)(springls__relax_rule rule, SPRINGLS__NUM3 c)\n",
+    "{\n",
+    "    SPRINGLS__NUM x = SPRINGLS__W(length)(c), beta = SPRINGLS__W(threshold)(rule.threshold, rule.sharpness * x) / x;\n",
+    "    return SPRINGLS__W(scale)(c, SPRINGLS__W(select)(x > 1e-6f, beta, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "}\n",
+    "\n",
+    "/* The neighbour edge of one vertex in each lane: its ends, and 1 / length^2, below 0 where there is none. */\n",
+    "typedef struct SPRINGLS__W(edges) {\n",
+    "    float a[3][SPRINGLS__WIDTH], b[3][SPRINGLS__WIDTH], inverse[SPRINGLS__WIDTH];\n",
+    "} SPRINGLS__W(edges);\n",
+    "\n",
+    "/* Reads the edge that codes[NEIGHBOR_ROW * lane] names (neighbors.h); where it is -1, one of springl `instead` takes its place.\n",
+    "   Returns whether any lane has one. */\n",
+    "SPRINGLS__W_MATHS bool SPRINGLS__W(edges_load)(SPRINGLS__W(edges) *edges, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                               SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int lane;\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        int code = codes[SPRINGLS__NEIGHBOR_ROW * lane], e = code >= 0 ? code % 3 : 0;\n",
+    "        SPRINGLS__GLOBAL const springls__springl *o = &all[code >= 0 ? code / 3 : instead];\n",
+    "        springls__v3 a = o->q[e], b = o->q[e == 2 ? 0 : e + 1];\n",
+    "        edges->a[0][lane] = a.x;\n",
+    "        edges->a[1][lane] = a.y;\n",
+    "        edges->a[2][lane] = a.z;\n",
+    "        edges->b[0][lane] = b.x;\n",
+    "        edges->b[1][lane] = b.y;\n",
+    "        edges->b[2][lane] = b.z;\n",
+    "        edges->inverse[lane] = code >= 0 ? o->inverse_edge2[e] : -1.0f;\n",
+    "        some = some || code >= 0;\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* Returns g of eq. 13 at vertex q: the closest points slide along their edges as the vertex moves. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(vertex_force)(springls__relax_rule rule, SPRINGLS__GLOBAL const springls__springl *all,\n",
+    "                                                           SPRINGLS__NUM3 q, SPRINGLS__GLOBAL const int *codes, int instead)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 c = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__W(edges) edges;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__MAX_NEIGHBORS && SPRINGLS__W(edges_load)(&edges, all, codes + k, instead); k++) {\n",
+    "        SPRINGLS__NUM3 a = SPRINGLS__W(load_v3)(edges.a[0], edges.a[1], edges.a[2]);\n",
+    "        SPRINGLS__NUM3 ab = SPRINGLS__W(sub)(SPRINGLS__W(load_v3)(edges.b[0], edges.b[1], edges.b[2]), a);\n",
+    "        SPRINGLS__NUM inverse = SPRINGLS__W(load)(edges.inverse), s = SPRINGLS__W(segment_parameter)(q, a, ab, inverse);\n",
+    "        SPRINGLS__NUM3 d = SPRINGLS__W(sub)(SPRINGLS__W(mad)(a, ab, s), q);\n",
+    "        SPRINGLS__NUM alpha = SPRINGLS__W(attraction)(rule, d);\n",
+    "        c = SPRINGLS__W(mad)(c, d, SPRINGLS__W(select)(inverse >= 0.0f, alpha, SPRINGLS__W(broadcast)(0.0f)));\n",
+    "    }\n",
+    "    return SPRINGLS__W(thresholded)(rule, c);\n",
+    "}\n",
+    "\n",
+    "/* A turn: its axis, and the sine and cosine of the angle about it; none where the angle is too small to have an axis. */\n",
+    "typedef struct SPRINGLS__W(turn) {\n",
+    "    SPRINGLS__NUM3 axis;\n",
+    "    SPRINGLS__NUM sine, cosine;\n",
+    "    SPRINGLS__COND some;\n",
+    "} SPRINGLS__W(turn);\n",
+    "\n",
+    "/* Returns the turn by |w| radians about w. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(turn) SPRINGLS__W(turn_by)(SPRINGLS__NUM3 w)\n",
+    "{\n",
+    "    SPRINGLS__NUM angle = SPRINGLS__W(length)(w);\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    turn.some = angle >= 1e-7f;\n",
+    "    turn.axis = SPRINGLS__W(scale)(w, 1.0f / angle);\n",
+    "    turn.sine = SPRINGLS__W(sinpi)(angle * 0.318309886f);\n",
+    "    turn.cosine = SPRINGLS__W(cospi)(angle * 0.318309886f);\n",
+    "    return turn;\n",
+    "}\n",
+    "\n",
+    "/* Returns v turned (Rodrigues). */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotate)(SPRINGLS__NUM3 v, SPRINGLS__W(turn) turn)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 across = SPRINGLS__W(scale)(SPRINGLS__W(cross)(turn.axis, v), turn.sine);\n",
+    "    SPRINGLS__NUM3 along = SPRINGLS__W(scale)(turn.axis, SPRINGLS__W(dot)(turn.axis, v) * (1.0f - turn.cosine));\n",
+    "    SPRINGLS__NUM3 r = SPRINGLS__W(add)(SPRINGLS__W(add)(SPRINGLS__W(scale)(v, turn.cosine), across), along);\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(turn.some, r.x, v.x), SPRINGLS__W(select)(turn.some, r.y, v.y),\n",
+    "                                SPRINGLS__W(select)(turn.some, r.z, v.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns the springl after one iteration of eq. 17 and 18, given the thresholded force g at each vertex. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(relaxed)(springls__relax_rule rule, SPRINGLS__W(springl) s,\n",
+    "                                                            const SPRINGLS__NUM3 *g)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 spring[3], torque = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    SPRINGLS__NUM length[3];\n",
+    "    SPRINGLS__W(turn) turn;\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM arm;\n",
+    "        spring[m] = SPRINGLS__W(sub)(s.q[m], s.p);\n",
+    "        length[m] = SPRINGLS__W(length)(spring[m]);\n",
+    "        spring[m] = SPRINGLS__W(normalize)(spring[m]);\n",
+    "        arm = rule.physical ? length[m] : SPRINGLS__W(broadcast)(1.0f);                           /* eq. 19 or eq. 20 */\n",
+    "        torque = SPRINGLS__W(mad)(torque, SPRINGLS__W(cross)(spring[m], g[m]), arm);\n",
+    "    }\n",
+    "    turn = SPRINGLS__W(turn_by)(SPRINGLS__W(scale)(torque, SPRINGLS__W(broadcast)(rule.step_rotation)));   /* eq. 18 */\n",
+    "    for (m = 0; m < 3; m++) {\n",
+    "        SPRINGLS__NUM along = SPRINGLS__W(dot)(spring[m], g[m]) - rule.kappa_int * (length[m] - rule.rest); /* eq. 4, 17 */\n",
+    "        length[m] = SPRINGLS__W(max)(length[m] + rule.step_length * along, SPRINGLS__W(broadcast)(0.25f * rule.rest));\n",
+    "        s.q[m] = SPRINGLS__W(mad)(s.p, SPRINGLS__W(rotate)(spring[m], turn), length[m]);          /* eq. 3 */\n",
+    "    }\n",
+    "    return SPRINGLS__W(springl_finished)(s);\n",
+    "}\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for the springls first, first + 1, ..., one a lane: from S to SCRATCH1. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, springls__relax_rule rule, int first)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
+    "    SPRINGLS__GLOBAL const int *codes = model->neighbors + (size_t)first * SPRINGLS__NEIGHBOR_ROW;\n",
+    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(all, first);\n",
+    "    SPRINGLS__NUM3 g[3];\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++)\n",
+    "        g[m] = SPRINGLS__W(vertex_force)(rule, all, s.q[m], codes + SPRINGLS__MAX_NEIGHBORS * m, first);\n",
+    "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
+    "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
+    "}\n",
+    "#line 3935 \"springls.h\"\n",
+    "\n",
+    "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL const int *row = model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
-    "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s;\n",
-    "    springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
-    "    springls__springl s = all[i];\n",
-    "    springls__tri t = springls__springl_tri(s);\n",
     "    (void)job;\n",
-    "    if (!model->set.mask[i]) {\n",
-    "        t = springls__relax_springl(rule, t, s.p, springls__vertex_force(rule, all, t.a, row),\n",
-    "                                    springls__vertex_force(rule, all, t.b, row + SPRINGLS__MAX_NEIGHBORS),\n",
-    "                                    springls__vertex_force(rule, all, t.c, row + 2 * SPRINGLS__MAX_NEIGHBORS));\n",
-    "        s = springls__springl_make(t, s.p);\n",
-    "    }\n",
-    "    ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = s;\n",
+    "    if (model->set.mask[i]) ((SPRINGLS__GLOBAL springls__springl *)model->scratch[1])[i] = model->set.s[i];\n",
+    "    else springls__relax_springl(model, springls__relax_rule_of(&model->params), i);\n",
     "}\n",
     "\n",
-    "/* Section 4.3.1: n . grad phi < 0 is a flipped triangle. Only where phi is certain of its gradient, on one clear sheet. */\n",
+    "/* Does so for springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, springls__job job, int begin, int end)\n",
+    "{\n",
+    "    const springls__relax_rule rule = springls__relax_rule_of(&model->params);\n",
+    "    int i;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) {\n",
+    "        springls__vec_relax_springl(model, rule, begin);\n",
+    "        for (i = begin; i < begin + SPRINGLS__LANES; i++)\n",
+    "            if (model->set.mask[i]) springls__relax_element(model, job, i);\n",
+    "    }\n",
+    "    for (; begin < end; begin++) springls__relax_element(model, job, begin);\n",
+    "}\n",
+    "\n",
+    "/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet. */\n",
     "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -16055,7 +17132,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3035 \"springls.h\"\n",
+    "#line 3972 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16081,7 +17158,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 3062 \"springls.h\"\n",
+    "#line 3999 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16150,7 +17227,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 3132 \"springls.h\"\n",
+    "#line 4069 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16161,9 +17238,11 @@ static const char *const springls__kernel_lines[] = {
     "    int i, nearest = -1;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
     "        float d2, reach = radius + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
-    "        d2 = springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x);\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
     "            best = d2;\n",
     "            nearest = i;\n",
@@ -16201,7 +17280,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 3184 \"springls.h\"\n",
+    "#line 4123 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16375,7 +17454,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3359 \"springls.h\"\n",
+    "#line 4298 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16497,11 +17576,14 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3482 \"springls.h\"\n",
+    "#line 4421 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
-    "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
+    "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
+    "\n",
+    "/* Cosine of the angle from which on two normals are those of different sheets. */\n",
+    "#define SPRINGLS__SAME_SHEET 0.4f\n",
     "\n",
     "/* A springl as the level set sees it: particle, unit normal, and the way the particle has come since phi was last in step\n",
     "   with it. edge: 1 at a crease. */\n",
@@ -16510,55 +17592,83 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "/* Squared distance of voxels in a row along x from what lies yz2 beside that row. */\n",
-    "SPRINGLS__MATHS float springls__row_distance2(float x, float yz2) { return x * x + yz2; }\n",
+    "#line 4438 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
+    "   stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 4455 \"springls.h\"\n",
+    "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
-    "/* Falls smoothly to 0 at the radius. */\n",
-    "SPRINGLS__MATHS float springls__project_weight(float d2)\n",
+    "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)\n",
     "{\n",
-    "    float t = springls__max(1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS)), 0.0f);\n",
+    "    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));\n",
+    "    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));\n",
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
+    "#line 4468 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   Without a guard, as it stands before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 4485 \"springls.h\"\n",
+    "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
-    "/* Adds springl s, at `offset` from the voxel, unless it faces another way than `facing`, the normal of the nearest springl:\n",
-    "   then it is of another sheet. */\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_add(springls__moments sum, springls__oriented s, springls__v3 offset,\n",
-    "                                                        springls__v3 facing)\n",
+    "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)\n",
     "{\n",
-    "    float w = springls__project_weight(springls__row_distance2(offset.x, offset.y * offset.y + offset.z * offset.z));\n",
-    "    if (springls__dot(facing, s.n) <= 0.4f) return sum;\n",
-    "    sum.weight += w;\n",
-    "    sum.height += w * (s.n.x * offset.x + (s.n.y * offset.y + s.n.z * offset.z));\n",
-    "    sum.offset = springls__mad(sum.offset, offset, w);\n",
-    "    sum.normal = springls__mad(sum.normal, s.n, w);\n",
-    "    sum.moved = springls__mad(sum.moved, s.moved, w);\n",
-    "    return sum;\n",
+    "    SPRINGLS__NUM t = 1.0f - d2 * (1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS));\n",
+    "    t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    t = t * t;\n",
+    "    return t * t;\n",
     "}\n",
+    "#line 4496 \"springls.h\"\n",
     "\n",
-    "/* What one springl says of a place x whose normal is known: its weight, and the distance by the arc explained below. */\n",
+    "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
     "\n",
     "SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, springls__v3 direction, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    springls__v3 d = springls__sub(x, p);\n",
     "    float along = springls__dot(direction, n);\n",
-    "    springls__estimate say;\n",
-    "    say.weight = along > 0.4f ? springls__project_weight(springls__length2(d)) : 0.0f;\n",
-    "    say.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));\n",
-    "    return say;\n",
+    "    springls__estimate estimate;\n",
+    "    estimate.weight = along > SPRINGLS__SAME_SHEET ? springls__project_weight(springls__length2(d)) : 0.0f;\n",
+    "    estimate.distance = springls__dot(springls__add(direction, n), d) / (1.0f + springls__max(along, 0.0f));\n",
+    "    return estimate;\n",
     "}\n",
     "\n",
-    "/* Sums of less weight say nothing. */\n",
+    "/* Sums of less weight do not count. */\n",
     "#define SPRINGLS__MIN_WEIGHT 1e-3f\n",
     "\n",
-    "/* What the sums tell: a signed distance, and how far it may be trusted: by how much it may differ from phi. */\n",
+    "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
     "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
     "\n",
     "/* One springl means the circle arc through its particle p with normal n that meets the voxel x in the mean direction g:\n",
     "   (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane of the springl alone would be biased outwards.\n",
     "   1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so that sums do. The further the springls lie to one\n",
-    "   side of the voxel, the less they know of the surface's bend in between. */\n",
+    "   side of the voxel, the less certain is the bend of the surface in between. */\n",
     "SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)\n",
     "{\n",
     "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
@@ -16570,8 +17680,8 @@ static const char *const springls__kernel_lines[] = {
     "    return f;\n",
     "}\n",
     "\n",
-    "/* The value to take: the springls' where it is close to phi, which decides the side in doubt. Springls also know when they are\n",
-    "   closer than phi says: it may have lost a sheet here. */\n",
+    "/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where\n",
+    "   the springls are closer than |phi|: phi may have lost a sheet here. */\n",
     "SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)\n",
     "{\n",
     "    float change = springls__fabs(f.distance - phi);\n",
@@ -16580,64 +17690,60 @@ static const char *const springls__kernel_lines[] = {
     "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
     "}\n",
     "\n",
-    "/* May a voxel outside be one that phi has lost? It is behind springls, not deep and not aside. */\n",
+    "/* Returns whether a voxel outside may be one that phi has lost: behind springls, not deep and not aside. */\n",
     "SPRINGLS__MATHS int springls__can_nucleate(springls__projection f)\n",
     "{\n",
     "    return f.distance < 0.0f && f.distance > -0.8f && f.trust > 0.1f;\n",
     "}\n",
     "\n",
-    "/* A voxel that does not know its side any more, because the surface may have passed it: beyond every distance, but with\n",
-    "   its old value in it. */\n",
+    "/* A voxel whose side is unknown, because the surface may have passed it, has a value beyond every distance: the old one plus or minus\n",
+    "   twice far_value. */\n",
     "SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)\n",
     "{\n",
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS int springls__is_side_unknown(float phi, float far_value) { return springls__fabs(phi) > 1.5f * far_value; }\n",
-    "\n",
-    "/* The old value again, where nobody could help. */\n",
-    "SPRINGLS__MATHS float springls__restore_side(float phi, float far_value)\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)\n",
     "{\n",
-    "    if (!springls__is_side_unknown(phi, far_value)) return phi;\n",
-    "    return phi < 0.0f ? phi + 2.0f * far_value : phi - 2.0f * far_value;\n",
+    "    return springls__vec_fabs(phi) > 1.5f * far_value;\n",
     "}\n",
     "\n",
-    "/* What a neighbour knows of a doubtful voxel's side: its value, nothing when it is in doubt itself. */\n",
-    "SPRINGLS__MATHS float springls__known_side(float phi, float far_value) { return springls__is_side_unknown(phi, far_value) ? 0.0f : phi; }\n",
-    "\n",
-    "/* A doubtful voxel takes the side of its neighbours; the further one is from the surface the surer it is, and counts for so\n",
-    "   much. Where they say no more than `enough` the voxel stays in doubt. */\n",
-    "SPRINGLS__MATHS float springls__resolved_side(springls__cross7 v, float far_value, float enough)\n",
+    "/* Returns the old value where the side is unknown, else phi. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__restored_side(springls__vec phi, float far_value)\n",
     "{\n",
-    "    float sum, nearest;\n",
-    "    if (!springls__is_side_unknown(v.c, far_value)) return v.c;\n",
-    "    sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value) + springls__known_side(v.ym, far_value)\n",
-    "        + springls__known_side(v.yp, far_value) + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);\n",
-    "    if (springls__fabs(sum) <= enough) return v.c;\n",
-    "    nearest = springls__min(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
-    "                            springls__min(springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
-    "                                          springls__min(springls__fabs(v.zm), springls__fabs(v.zp))));\n",
-    "    nearest = springls__min(nearest + 1.0f, far_value);\n",
-    "    return sum < 0.0f ? -nearest : nearest;\n",
+    "    springls__vec old = springls__vec_select(phi < 0.0f, phi + 2.0f * far_value, phi - 2.0f * far_value);\n",
+    "    return springls__vec_select(springls__is_side_unknown(phi, far_value), old, phi);\n",
     "}\n",
     "\n",
-    "/* 1 when the voxel at d from a particle with normal n is inside by this springl's word: behind it by less than `depth`, and\n",
+    "/* Returns phi where the side is known, else 0. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__known_side(springls__vec phi, float far_value)\n",
+    "{\n",
+    "    return springls__vec_select(springls__is_side_unknown(phi, far_value), springls__vec_broadcast(0.0f), phi);\n",
+    "}\n",
+    "\n",
+    "/* Returns the value of voxels whose side is unknown: on the side of their neighbours, which count the more the further they are from\n",
+    "   the surface, a voxel further than the nearest of them. Where their sum is no more than min_sum the side stays unknown. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, float far_value, float min_sum)\n",
+    "{\n",
+    "    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)\n",
+    "                      + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)\n",
+    "                      + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);\n",
+    "    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));\n",
+    "    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));\n",
+    "    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));\n",
+    "    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));\n",
+    "    d = springls__vec_select(sum < 0.0f, -d, d);\n",
+    "    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);\n",
+    "}\n",
+    "\n",
+    "/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`, and\n",
     "   not far aside. */\n",
     "SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
     "{\n",
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "\n",
-    "/* A voxel alone among neighbours of the other side: a bubble or a crumb that is less than the grid can tell. Returns what it\n",
-    "   becomes there, else itself. */\n",
-    "SPRINGLS__MATHS float springls__remove_speck(springls__cross7 v)\n",
-    "{\n",
-    "    float lo = springls__least(v), hi = springls__most(v);\n",
-    "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
-    "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
-    "}\n",
-    "#line 3623 \"springls.h\"\n",
+    "#line 4596 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17047,7 +18153,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4034 \"springls.h\"\n",
+    "#line 5007 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17071,9 +18177,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__springl_distance2(springls__springl s, springls__springl other)\n",
     "{\n",
     "    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(other));\n",
-    "    float d2 = springls__tri_distance2(plan, s.p);\n",
+    "    float d2 = springls__tri_distance2(&plan, s.p);\n",
     "    int m;\n",
-    "    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(plan, s.q[m]));\n",
+    "    for (m = 0; m < 3; m++) d2 = springls__min(d2, springls__tri_distance2(&plan, s.q[m]));\n",
     "    return d2;\n",
     "}\n",
     "\n",
@@ -17145,7 +18251,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 4133 \"springls.h\"\n",
+    "#line 5106 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17251,7 +18357,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 4240 \"springls.h\"\n",
+    "#line 5213 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17394,18 +18500,33 @@ static const char *const springls__kernel_lines[] = {
     "    if (group.item == 0) ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[index] = grew > 0.0f;\n",
     "}\n",
     "\n",
-    "/* What one springl says: the point's height over it, positive in front, with a weight that falls off so fast that the\n",
-    "   nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
-    "SPRINGLS__MATHS float springls__side(const springls__tri_plan plan, springls__v3 x)\n",
+    "/* Returns the vote of one springl on the side of x: the height of x over it, positive in front, with a weight that falls off so fast\n",
+    "   that the nearest springls decide. A solid angle would not do: the far side of a thin sheet counts there as much as the near one. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__side(const springls__tri_plan *plan, springls__vec3 x)\n",
     "{\n",
-    "    float d2 = springls__tri_distance2(plan, x) + 0.01f;\n",
-    "    return springls__dot(plan.n, springls__sub(x, plan.t.a)) / (d2 * d2 * springls__sqrt(d2));\n",
+    "    springls__vec d2 = springls__vec_tri_distance2(plan, x) + 0.01f;\n",
+    "    springls__vec3 da = springls__vec_sub(x, springls__vec_broadcast3(plan->t.a));\n",
+    "    return springls__vec_dot(springls__vec_broadcast3(plan->n), da) / (d2 * d2 * springls__vec_sqrt(d2));\n",
     "}\n",
     "\n",
-    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
-    "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture,\n",
-    "                                        int x, int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side);\n",
+    "/* Adds that vote at (x + i, y, z) to side[i], eight voxels, where omega is less than `capture` and the bounding sphere of the\n",
+    "   springl, of this center and radius, is at most half a voxel further than the nearest springl. */\n",
+    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float radius, float capture, int x,\n",
+    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "{\n",
+    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
+    "    springls__vec3 at = springls__vec_broadcast3(springls__v3_make((float)x, (float)y, (float)z));\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + radius, d2;\n",
+    "        springls__vmask counts;\n",
+    "        at.x = (float)x + springls__vec_from(i);\n",
+    "        d2 = springls__vec_length2(springls__vec_sub(at, springls__vec_broadcast3(center)));\n",
+    "        counts = (nearest < capture) & (d2 < within * within);\n",
+    "        if (!springls__vec_any(counts)) continue;\n",
+    "        springls__vec_store(side + i, springls__vec_load(side + i) + springls__vec_select(counts, springls__side(plan, at), zero));\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* Voxels that springls are near take the side of the nearest ones. */\n",
     "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)\n",
@@ -17457,7 +18578,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4447 \"springls.h\"\n",
+    "#line 5435 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17475,22 +18596,38 @@ static const char *const springls__kernel_lines[] = {
     "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
     "}\n",
     "\n",
-    "/* phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
-    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
-    "   smooth at the surface where omega has a kink. */\n",
-    "SPRINGLS__MATHS float springls__evolve_voxel(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "/* Returns f times the upwind difference of phi along one axis. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__upwind(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
-    "    float fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
-    "    float fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
-    "    float fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
-    "    float change = fx * (fx > 0.0f ? phi.c - phi.xm : phi.xp - phi.c) + fy * (fy > 0.0f ? phi.c - phi.ym : phi.yp - phi.c)\n",
-    "                 + fz * (fz > 0.0f ? phi.c - phi.zm : phi.zp - phi.c);\n",
-    "    return phi.c - springls__clamp(step * change, -0.9f, 0.9f);\n",
+    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
     "}\n",
     "\n",
-    "/* springls__evolve_voxel of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width, float step,\n",
-    "                                          SPRINGLS__GLOBAL float *out);\n",
+    "/* Returns phi after one step of eq. 23 without its curvature term. The springls attract: the data term's velocity is\n",
+    "   -grad(omega^2)/2, the vector to the nearest springl (eq. 23's minus sign would repel). First-order upwind. omega^2 is\n",
+    "   smooth at the surface where omega has a kink. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__evolved(springls__cross7 phi, springls__cross7 omega, float step)\n",
+    "{\n",
+    "    springls__vec fx = 0.25f * (omega.xm * omega.xm - omega.xp * omega.xp);\n",
+    "    springls__vec fy = 0.25f * (omega.ym * omega.ym - omega.yp * omega.yp);\n",
+    "    springls__vec fz = 0.25f * (omega.zm * omega.zm - omega.zp * omega.zp);\n",
+    "    springls__vec change = springls__upwind(fx, phi.xm, phi.c, phi.xp) + springls__upwind(fy, phi.ym, phi.c, phi.yp)\n",
+    "                         + springls__upwind(fz, phi.zm, phi.c, phi.zp);\n",
+    "    return phi.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
+    "}\n",
+    "\n",
+    "/* Writes that of a row of eight voxels where |phi| <= width, phi itself elsewhere; phi and omega point into tiles. */\n",
+    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
+    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec c = springls__vec_load(phi + i);\n",
+    "        springls__vmask inside = springls__vec_fabs(c) <= width;\n",
+    "        if (springls__vec_any(inside))\n",
+    "            c = springls__vec_select(inside, springls__evolved(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step), c);\n",
+    "        springls__vec_store(out + i, c);\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* phi_next from phi and omega. */\n",
     "SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *memory)\n",
@@ -17514,7 +18651,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4505 \"springls.h\"\n",
+    "#line 5509 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -17609,82 +18746,107 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4601 \"springls.h\"\n",
+    "#line 5605 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
-    "\n",
-    "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
-    "SPRINGLS__MATHS int springls__at_interface(springls__cross7 v)\n",
-    "{\n",
-    "    float lo = springls__least(v), hi = springls__most(v);\n",
-    "    return v.c < 0.0f ? hi >= 0.0f : lo < 0.0f;\n",
-    "}\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
     "   side flat makes the central slope half of the steeper: that is a ridge, whatever the rounding. */\n",
-    "SPRINGLS__MATHS float springls__slope2(float m, float c, float p)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__slope2(springls__vec m, springls__vec c, springls__vec p)\n",
     "{\n",
-    "    float central = 0.5f * (p - m), left = c - m, right = p - c;\n",
-    "    float steep = springls__max(springls__fabs(left), springls__fabs(right));\n",
-    "    float flat = springls__fabs(central);\n",
-    "    float slope = flat < 0.65f * steep ? steep : flat;\n",
+    "    springls__vec flat = springls__vec_fabs(0.5f * (p - m));\n",
+    "    springls__vec steep = springls__vec_max(springls__vec_fabs(c - m), springls__vec_fabs(p - c));\n",
+    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
     "    return slope * slope;\n",
     "}\n",
     "\n",
     "/* Sub-voxel distance of a voxel near the interface: phi over its slope. A slope within 5 % of 1 is left as it is, from 10 %\n",
     "   on it becomes 1: what is a distance already does not creep, however often it is rebuilt. */\n",
-    "SPRINGLS__MATHS float springls__interface_distance(springls__cross7 v)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__interface_distance(springls__cross7 v)\n",
     "{\n",
-    "    float g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
-    "    float excess = springls__sqrt(springls__max(g2, 1e-4f)) - 1.0f;\n",
-    "    float share = springls__clamp(20.0f * springls__fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
+    "    springls__vec g2 = springls__slope2(v.xm, v.c, v.xp) + springls__slope2(v.ym, v.c, v.yp) + springls__slope2(v.zm, v.c, v.zp);\n",
+    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_broadcast(1e-4f))) - 1.0f;\n",
+    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_fabs(excess) - 1.0f, 0.0f, 1.0f);\n",
     "    return v.c / (1.0f + share * excess);\n",
     "}\n",
     "\n",
     "/* Beside a plane a voxel that is not at the interface is at least 1/sqrt(3) away. Beside a sharp edge or corner it can be\n",
-    "   nearer, and the way by its neighbours would be too long: there too its own slope tells its distance d. One of its 26\n",
-    "   neighbours is then on the other side, unlike with the remnants of parts that have vanished. */\n",
+    "   nearer, and the way by its neighbours would be too long: there too its own slope gives its distance, where one of its 26\n",
+    "   neighbours is on the other side. Without such a neighbour it is the remnant of a part that has vanished. */\n",
     "#define SPRINGLS__NEAR 0.577f\n",
     "\n",
-    "SPRINGLS__MATHS int springls__at_sharp_edge(float phi, float d)\n",
+    "/* Returns where one of the 26 neighbours is on the other side; phi points into a tile. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__touches_other_side(SPRINGLS__LOCAL const float *phi)\n",
     "{\n",
-    "    return springls__fabs(phi) < 1.0f && springls__fabs(d) < SPRINGLS__NEAR;\n",
+    "    springls__vec c = springls__vec_load(phi), lo = c, hi = c;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 27; i++) {\n",
+    "        springls__vec v = springls__vec_load(phi + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
+    "        lo = springls__vec_min(lo, v);\n",
+    "        hi = springls__vec_max(hi, v);\n",
+    "    }\n",
+    "    return springls__crosses(c, lo, hi);\n",
     "}\n",
     "\n",
-    "/* First guess for a voxel that gets its distance from its neighbours: it is not near. */\n",
-    "SPRINGLS__MATHS float springls__distance_guess(float phi, float far_value)\n",
+    "/* Returns |c| in [NEAR, far_value] with the side of c: the first guess for voxels that get their distance from their neighbours. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__distance_guess(springls__vec c, float far_value)\n",
     "{\n",
-    "    float d = springls__clamp(springls__fabs(phi), SPRINGLS__NEAR, far_value);\n",
-    "    return phi < 0.0f ? -d : d;\n",
+    "    springls__vec d = springls__vec_clamp(springls__vec_fabs(c), SPRINGLS__NEAR, far_value);\n",
+    "    return springls__vec_select(c < 0.0f, -d, d);\n",
     "}\n",
     "\n",
-    "/* |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
-    "SPRINGLS__MATHS float springls__eikonal(float x, float y, float z)\n",
+    "/* Writes sub-voxel distances at the interface and at sharp edges, guesses elsewhere, of a row of eight voxels; phi points into a\n",
+    "   tile. */\n",
+    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
-    "    float a = springls__min(x, springls__min(y, z)), c = springls__max(x, springls__max(y, z));\n",
-    "    float b = springls__max(springls__min(x, y), springls__min(springls__max(x, y), z));\n",
-    "    float one = a + 1.0f;\n",
-    "    float two = 0.5f * (a + b + springls__sqrt(springls__max(2.0f - (a - b) * (a - b), 0.0f)));\n",
-    "    float sum = a + b + c;\n",
-    "    float three = (sum + springls__sqrt(springls__max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), 0.0f))) * (1.0f / 3.0f);\n",
-    "    float d = one > b ? two : one;\n",
-    "    return d > c ? three : d;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vec d = springls__distance_guess(v.c, far_value), own;\n",
+    "        springls__vmask takes_own = springls__at_interface(v), edge = springls__vec_fabs(v.c) < 1.0f;\n",
+    "        if (springls__vec_any(takes_own | edge)) {\n",
+    "            own = springls__interface_distance(v);\n",
+    "            edge = edge & springls__vec_not(takes_own) & (springls__vec_fabs(own) < SPRINGLS__NEAR);\n",
+    "            if (springls__vec_any(edge)) takes_own = takes_own | (edge & springls__touches_other_side(phi + i));\n",
+    "            d = springls__vec_select(takes_own, own, d);\n",
+    "        }\n",
+    "        springls__vec_store(out + i, d);\n",
+    "    }\n",
     "}\n",
     "\n",
-    "/* New distance of a voxel from its neighbours'. It keeps its own at the interface, and where it is near and one of its 26\n",
-    "   neighbours on the other side (touches): near springls alone are no surface. */\n",
-    "SPRINGLS__MATHS float springls__redistance(springls__cross7 v, int touches, float far_value)\n",
+    "/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)\n",
     "{\n",
-    "    float d = springls__eikonal(springls__min(springls__fabs(v.xm), springls__fabs(v.xp)),\n",
-    "                                springls__min(springls__fabs(v.ym), springls__fabs(v.yp)),\n",
-    "                                springls__min(springls__fabs(v.zm), springls__fabs(v.zp)));\n",
-    "    d = springls__min(d, far_value);\n",
-    "    if ((touches && springls__fabs(v.c) < SPRINGLS__NEAR) || springls__at_interface(v)) return v.c;\n",
-    "    return v.c < 0.0f ? -d : d;\n",
+    "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
+    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
+    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
+    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
+    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
+    "    sum = a + b + c;\n",
+    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero))) * (1.0f / 3.0f);\n",
+    "    d = springls__vec_select(one > b, two, one);\n",
+    "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
     "\n",
-    "/* Rows of eight voxels; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
-    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out);\n",
+    "/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the\n",
+    "   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */\n",
+    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));\n",
+    "        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));\n",
+    "        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));\n",
+    "        springls__vec d = springls__vec_broadcast(far_value);\n",
+    "        springls__vmask kept = springls__at_interface(v);\n",
+    "        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);\n",
+    "        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));\n",
+    "        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
+    "            d = springls__vec_min(springls__eikonal(x, y, z), d);\n",
+    "        d = springls__vec_select(v.c < 0.0f, -d, d);\n",
+    "        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* Sub-voxel distances at the interface; the rest keeps its value as a first guess. */\n",
     "SPRINGLS__MATHS void springls__subvoxel_element(const springls__model *model, springls__job job, int i,\n",
@@ -17712,28 +18874,28 @@ static const char *const springls__kernel_lines[] = {
     "        springls__redistance_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, out + 8 * row);\n",
     "}\n",
     "\n",
-    "/* Which of the 27 bricks around (and including) a brick the band reaches. */\n",
+    "/* Returns which of the 27 bricks around (and including) a brick the band reaches, as bits. */\n",
     "SPRINGLS__MATHS uint32_t springls__band_neighbor_mask(SPRINGLS__GLOBAL const float *phi, float half_width)\n",
     "{\n",
-    "    uint32_t reach = 0;\n",
+    "    uint32_t mask = 0;\n",
     "    int x, y, z;\n",
     "    for (z = 0; z < 8; z++)\n",
     "        for (y = 0; y < 8; y++) {\n",
     "            uint32_t row = 0;\n",
     "            for (x = 0; x < 8; x++) row |= (uint32_t)(springls__fabs(phi[x + 8 * y + 64 * z]) < half_width) << x;\n",
-    "            if (row) reach |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
+    "            if (row) mask |= springls__neighbor_mask_of_row((row & 1u) != 0, row >> 7 != 0, y == 0, y == 7, z == 0, z == 7);\n",
     "        }\n",
-    "    return reach;\n",
+    "    return mask;\n",
     "}\n",
     "\n",
-    "/* To SCRATCH0, one a brick. */\n",
+    "/* Writes that of each brick to SCRATCH0. */\n",
     "SPRINGLS__MATHS void springls__band_element(const springls__model *model, springls__job job, int i)\n",
     "{\n",
     "    (void)job;\n",
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4726 \"springls.h\"\n",
+    "#line 5755 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -17816,14 +18978,56 @@ static const char *const springls__kernel_lines[] = {
     "    return m;\n",
     "}\n",
     "\n",
-    "/* Rows of eight voxels and one springl; offset: from the particle to the row's first voxel. */\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row);\n",
+    "/* Takes one springl as the nearest of a row of eight voxels, sums[... row] on, where it is; offset: from the particle to the first. */\n",
+    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "{\n",
+    "    const float n[3] = { s.n.x, s.n.y, s.n.z }, yz2 = offset.y * offset.y + offset.z * offset.z;\n",
+    "    int i, k;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        SPRINGLS__LOCAL float *nearest2 = sums + springls__sum_at(SPRINGLS__NEAREST2, i);\n",
+    "        springls__vec x = offset.x + springls__vec_from(i - row), d2 = x * x + yz2, best = springls__vec_load(nearest2);\n",
+    "        springls__vmask nearer = d2 < best;\n",
+    "        if (!springls__vec_any(nearer)) continue;\n",
+    "        springls__vec_store(nearest2, springls__vec_select(nearer, d2, best));\n",
+    "        for (k = 0; k < 3; k++) {\n",
+    "            SPRINGLS__LOCAL float *facing = sums + springls__sum_at(SPRINGLS__FACING + k, i);\n",
+    "            springls__vec_store(facing, springls__vec_select(nearer, springls__vec_broadcast(n[k]), springls__vec_load(facing)));\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
     "\n",
-    "/* springls__resolved_side and springls__remove_speck of eight voxels, phi in a tile; the latter is true when there was one. */\n",
-    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
-    "                                          SPRINGLS__GLOBAL float *out);\n",
-    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out);\n",
+    "SPRINGLS__VEC_MATHS void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
+    "{\n",
+    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
+    "    springls__vec_store(at, springls__vec_load(at) + value);\n",
+    "}\n",
+    "\n",
+    "/* Adds one springl to the moments of a row of eight voxels, where the nearest springl faces about the same way: else it is of another\n",
+    "   sheet. */\n",
+    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
+    "{\n",
+    "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
+    "    int i;\n",
+    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec x = offset.x + springls__vec_from(i - row), w = springls__vec_project_weight(x * x + yz2), along;\n",
+    "        if (!springls__vec_any(w > 0.0f)) continue;\n",
+    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
+    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
+    "              + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
+    "        w = springls__vec_select(along > SPRINGLS__SAME_SHEET, w, springls__vec_broadcast(0.0f));\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);\n",
+    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);\n",
+    "    }\n",
+    "}\n",
     "\n",
     "/* Does a place in a brick's own voxels come near one of them, along one axis? */\n",
     "SPRINGLS__MATHS bool springls__near_axis(float x) { return x > -SPRINGLS__PROJECT_RADIUS && x < 7.0f + SPRINGLS__PROJECT_RADIUS; }\n",
@@ -17893,22 +19097,22 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
-    "    springls__sample_set crowd;\n",
-    "    springls__estimate say;\n",
+    "    springls__sample_set samples;\n",
+    "    springls__estimate estimate;\n",
     "    int r, k, edges = 0;\n",
-    "    crowd.count = 0;\n",
+    "    samples.count = 0;\n",
     "    for (r = 0; r < near_by->count; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
     "            SPRINGLS__GLOBAL const springls__oriented *s = &oriented[k];\n",
     "            float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / radius2;\n",
     "            if (weight <= 0.0f) continue;\n",
     "            edges += s->edge;\n",
-    "            springls__sample_set_add(&crowd, s->p, s->n, s->p, weight * weight, k);\n",
+    "            springls__sample_set_add(&samples, s->p, s->n, s->p, weight * weight, k);\n",
     "        }\n",
     "    if (edges == 0) return false;\n",
-    "    say = springls__edge_distance(&crowd, x);\n",
-    "    if (say.weight <= 0.0f) return false;\n",
-    "    *phi = springls__edge_phi(*phi, say.distance);\n",
+    "    estimate = springls__edge_distance(&samples, x);\n",
+    "    if (estimate.weight <= 0.0f) return false;\n",
+    "    *phi = springls__edge_phi(*phi, estimate.distance);\n",
     "    return true;\n",
     "}\n",
     "\n",
@@ -17951,7 +19155,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__corrected_phi(phi, f);\n",
     "}\n",
     "\n",
-    "/* phi_next from phi, and to SCRATCH1 whether doubtful voxels are left. job.i[0]: carry; job.f[0]: the longest way of any springl. */\n",
+    "/* From phi to phi_next, and to SCRATCH1 whether voxels are left whose side is unknown. job.i[0]: springls carry phi along; job.f[0]: the\n",
+    "   longest displacement of any. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__job job, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -17959,14 +19164,14 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL float *sums = memory;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL uint8_t *in_doubt = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
+    "    SPRINGLS__GLOBAL uint8_t *side_unknown = (SPRINGLS__GLOBAL uint8_t *)model->scratch[1] + i;\n",
     "    bool carry = job.i[0] != 0, some, at_edge;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
     "    int row, v, o[3];\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    if (model->group.item == 0) *in_doubt = 0;\n",
+    "    if (model->group.item == 0) *side_unknown = 0;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, carry && springls__near_brick(model, o).count > 0, &tile);\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
@@ -17980,31 +19185,63 @@ static const char *const springls__kernel_lines[] = {
     "                                                 phi[v]);\n",
     "            } else if (carry && springls__fabs(phi[v]) < job.f[0]) {\n",
     "                out[v] = springls__side_unknown(phi[v], g->far_value);\n",
-    "                *in_doubt = 1;\n",
+    "                *side_unknown = 1;\n",
     "            }\n",
     "        }\n",
     "}\n",
     "\n",
-    "/* phi_next to omega: doubtful voxels ask their neighbours. job.f[0]: how much they must say; job.i[0]: it is the last time. */\n",
+    "/* Resolves the unknown sides of a row of eight voxels; phi points into a tile. Where none are, phi stays. */\n",
+    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float min_sum, bool last,\n",
+    "                                                SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec c = springls__vec_load(phi + i);\n",
+    "        springls__vmask unknown = springls__is_side_unknown(c, far_value);\n",
+    "        if (springls__vec_any(unknown)) {\n",
+    "            c = springls__vec_select(unknown, springls__resolved_side(springls__tile_cross(phi + i), far_value, min_sum), c);\n",
+    "            if (last) c = springls__restored_side(c, far_value);\n",
+    "        }\n",
+    "        springls__vec_store(out + i, c);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* From phi_next to omega: voxels whose side is unknown take it from their neighbours. job.f[0]: the least sum of their values that\n",
+    "   counts; job.i[0]: it is the last time, and who is left takes the old value. */\n",
     "SPRINGLS__MATHS void springls__resolve_sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const float *from = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    bool in_doubt = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;\n",
+    "    bool some_unknown = ((SPRINGLS__GLOBAL const uint8_t *)model->scratch[1])[i] != 0;\n",
     "    int row, v;\n",
-    "    if (in_doubt) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
+    "    if (some_unknown) springls__load_tile(g, g->phi_next, g->active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        if (in_doubt)\n",
-    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], out + 8 * row);\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
-    "            if (!in_doubt) out[v] = from[v];\n",
-    "            else if (job.i[0]) out[v] = springls__restore_side(out[v], g->far_value);\n",
-    "        }\n",
+    "        if (some_unknown)\n",
+    "            springls__resolve_side_row(tile + springls__tile_index(0, row & 7, row >> 3), g->far_value, job.f[0], job.i[0] != 0,\n",
+    "                                       out + 8 * row);\n",
+    "        else\n",
+    "            for (v = 8 * row; v < 8 * row + 8; v++) out[v] = from[v];\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* phi_next from phi: single voxels of the other side go, but those that a thin sheet has inside. */\n",
+    "/* Writes phi of a row of eight voxels without specks: a voxel alone among neighbours of the other side, a bubble or a crumb smaller\n",
+    "   than the grid resolves, takes the value of the nearest of them. Returns whether there was one; phi points into a tile. */\n",
+    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    bool some = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
+    "        springls__vec lo = springls__least(v), hi = springls__most(v);\n",
+    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
+    "        some = some || springls__vec_any(bubble | crumb);\n",
+    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
+    "    }\n",
+    "    return some;\n",
+    "}\n",
+    "\n",
+    "/* From phi to phi_next without specks, but for voxels that a thin sheet has inside. */\n",
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -18023,7 +19260,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5017 \"springls.h\"\n",
+    "#line 6121 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18210,7 +19447,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5205 \"springls.h\"\n",
+    "#line 6309 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18339,7 +19576,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5335 \"springls.h\"\n",
+    "#line 6439 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18353,9 +19590,11 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        springls__tri_plan plan;\n",
     "        float reach = r + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > reach * reach) continue;\n",
-    "        nearest2 = springls__min(nearest2, springls__tri_distance2(springls__tri_plan_make(springls__springl_tri(*s)), x));\n",
+    "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "        nearest2 = springls__min(nearest2, springls__tri_distance2(&plan, x));\n",
     "        if (nearest2 <= covered * covered) return false;\n",
     "        sheet = sheet || springls__dot(springls__springl_normal(*s), n) < -0.5f;\n",
     "    }\n",
@@ -18434,7 +19673,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5431 \"springls.h\"\n",
+    "#line 6537 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -18700,748 +19939,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5698 \"springls.h\"\n",
-    "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
-    "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
-    "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
-    "\n",
-    "#if defined(__OPENCL_VERSION__)\n",
-    "#define SPRINGLS__LANES 8\n",
-    "#define SPRINGLS__LANE SPRINGLS__MATHS\n",
-    "typedef float8 springls__vec;\n",
-    "typedef int8 springls__vmask; /* a comparison: all bits of a lane or none */\n",
-    "#define springls__vec_load(from) vload8(0, from)\n",
-    "#define springls__vec_store(to, v) vstore8(v, 0, to)\n",
-    "#define springls__vec_all(x) ((float8)(x))\n",
-    "#define springls__vec_select(where, yes, no) select(no, yes, where)\n",
-    "#define springls__vec_min(a, b) springls__vec_lesser(a, b)\n",
-    "#define springls__vec_max(a, b) springls__vec_greater(a, b)\n",
-    "#define springls__vec_abs(x) fabs(x)\n",
-    "#define springls__vec_sqrt(x) sqrt(x)\n",
-    "#define springls__vec_of_ints(k) convert_float8(k)\n",
-    "#define springls__vec_to_ints(x) convert_int8(x)\n",
-    "#define springls__vec_of_bits(bits) as_float8(bits)\n",
-    "#define springls__vmask_any(where) any(where)\n",
-    "SPRINGLS__MATHS springls__vec springls__vec_lesser(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
-    "SPRINGLS__MATHS springls__vec springls__vec_greater(springls__vec a, springls__vec b) { return select(b, a, a > b); }\n",
-    "\n",
-    "#elif defined(__GNUC__) && !defined(SPRINGLS_NO_SIMD)\n",
-    "#if defined(__AVX2__)\n",
-    "#include <immintrin.h>\n",
-    "#define SPRINGLS__LANES 8\n",
-    "#define SPRINGLS__SIMD(operation) _mm256_##operation##_ps\n",
-    "typedef __m256 springls__simd;\n",
-    "#else\n",
-    "#define SPRINGLS__LANES 4\n",
-    "#if defined(__SSE2__)\n",
-    "#include <emmintrin.h>\n",
-    "#define SPRINGLS__SIMD(operation) _mm_##operation##_ps\n",
-    "typedef __m128 springls__simd;\n",
-    "#endif\n",
-    "#endif\n",
-    "\n",
-    "#define SPRINGLS__LANE __attribute__((unused, always_inline)) static inline\n",
-    "\n",
-    "typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));\n",
-    "typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* a comparison: all bits of a lane or none */\n",
-    "typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));\n",
-    "\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_load(const float *from) { return *(const springls__vec_anywhere *)(const void *)from; }\n",
-    "SPRINGLS__LANE void springls__vec_store(float *to, springls__vec v) { *(springls__vec_anywhere *)(void *)to = v; }\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_all(float x)\n",
-    "{\n",
-    "    springls__vec v = { 0 };\n",
-    "    return x - v; /* x + 0 would lose the sign of -0 */\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_select(springls__vmask where, springls__vec yes, springls__vec no)\n",
-    "{\n",
-    "    return (springls__vec)((where & (springls__vmask)yes) | (~where & (springls__vmask)no));\n",
-    "}\n",
-    "\n",
-    "/* a < b ? a : b, as springls__min: the second where they are equal or not ordered. */\n",
-    "SPRINGLS__LANE springls__vec springls__vec_min(springls__vec a, springls__vec b)\n",
-    "{\n",
-    "#if defined(SPRINGLS__SIMD)\n",
-    "    return (springls__vec)SPRINGLS__SIMD(min)((springls__simd)a, (springls__simd)b);\n",
-    "#else\n",
-    "    return springls__vec_select(a < b, a, b);\n",
-    "#endif\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_max(springls__vec a, springls__vec b)\n",
-    "{\n",
-    "#if defined(SPRINGLS__SIMD)\n",
-    "    return (springls__vec)SPRINGLS__SIMD(max)((springls__simd)a, (springls__simd)b);\n",
-    "#else\n",
-    "    return springls__vec_select(a > b, a, b);\n",
-    "#endif\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_abs(springls__vec x)\n",
-    "{\n",
-    "    springls__vmask sign = (springls__vmask)springls__vec_all(-0.0f);\n",
-    "    return (springls__vec)((springls__vmask)x & ~sign);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_sqrt(springls__vec x)\n",
-    "{\n",
-    "#if defined(SPRINGLS__SIMD)\n",
-    "    return (springls__vec)SPRINGLS__SIMD(sqrt)((springls__simd)x);\n",
-    "#else\n",
-    "    springls__vec r = x;\n",
-    "    int i;\n",
-    "    for (i = 0; i < SPRINGLS__LANES; i++) r[i] = springls__sqrt(x[i]);\n",
-    "    return r;\n",
-    "#endif\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE bool springls__vmask_any(springls__vmask where)\n",
-    "{\n",
-    "#if defined(SPRINGLS__SIMD)\n",
-    "    return SPRINGLS__SIMD(movemask)((springls__simd)where) != 0;\n",
-    "#else\n",
-    "    int i, any = 0;\n",
-    "    for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];\n",
-    "    return any != 0;\n",
-    "#endif\n",
-    "}\n",
-    "\n",
-    "#define springls__vec_of_ints(k) __builtin_convertvector(k, springls__vec)\n",
-    "#define springls__vec_to_ints(x) __builtin_convertvector(x, springls__vmask)\n",
-    "#define springls__vec_of_bits(bits) ((springls__vec)(bits))\n",
-    "#endif\n",
-    "\n",
-    "#ifdef SPRINGLS__LANES\n",
-    "\n",
-    "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_clamp(springls__vec x, float lo, float hi)\n",
-    "{\n",
-    "    return springls__vec_min(springls__vec_max(x, springls__vec_all(lo)), springls__vec_all(hi));\n",
-    "}\n",
-    "\n",
-    "/* x rounded down, for |x| < 2^31. */\n",
-    "SPRINGLS__LANE springls__vec springls__vec_floor(springls__vec x)\n",
-    "{\n",
-    "    springls__vec t = springls__vec_of_ints(springls__vec_to_ints(x));\n",
-    "    return t - springls__vec_select(t > x, springls__vec_all(1.0f), springls__vec_all(0.0f));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_all(springls__v3 v)\n",
-    "{\n",
-    "    springls__vec3 r;\n",
-    "    r.x = springls__vec_all(v.x);\n",
-    "    r.y = springls__vec_all(v.y);\n",
-    "    r.z = springls__vec_all(v.z);\n",
-    "    return r;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_add(springls__vec3 a, springls__vec3 b)\n",
-    "{\n",
-    "    a.x += b.x;\n",
-    "    a.y += b.y;\n",
-    "    a.z += b.z;\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_sub(springls__vec3 a, springls__vec3 b)\n",
-    "{\n",
-    "    a.x -= b.x;\n",
-    "    a.y -= b.y;\n",
-    "    a.z -= b.z;\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_scale(springls__vec3 a, springls__vec s)\n",
-    "{\n",
-    "    a.x *= s;\n",
-    "    a.y *= s;\n",
-    "    a.z *= s;\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "/* a + s b */\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_mad(springls__vec3 a, springls__vec3 b, springls__vec s)\n",
-    "{\n",
-    "    a.x += b.x * s;\n",
-    "    a.y += b.y * s;\n",
-    "    a.z += b.z * s;\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec3_dot(springls__vec3 a, springls__vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_cross(springls__vec3 a, springls__vec3 b)\n",
-    "{\n",
-    "    springls__vec3 r;\n",
-    "    r.x = a.y * b.z - a.z * b.y;\n",
-    "    r.y = a.z * b.x - a.x * b.z;\n",
-    "    r.z = a.x * b.y - a.y * b.x;\n",
-    "    return r;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec3_length(springls__vec3 a) { return springls__vec_sqrt(springls__vec3_dot(a, a)); }\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec3 springls__vec3_normalize(springls__vec3 a)\n",
-    "{\n",
-    "    springls__vec l2 = springls__vec3_dot(a, a), zero = springls__vec_all(0.0f);\n",
-    "    springls__vec s = springls__vec_all(1.0f) / springls__vec_sqrt(l2);\n",
-    "    springls__vmask some = l2 > springls__vec_all(1e-30f);\n",
-    "    a = springls__vec3_scale(a, s);\n",
-    "    a.x = springls__vec_select(some, a.x, zero);\n",
-    "    a.y = springls__vec_select(some, a.y, zero);\n",
-    "    a.z = springls__vec_select(some, a.z, zero);\n",
-    "    return a;\n",
-    "}\n",
-    "\n",
-    "/* 2^k for whole k in [-126, 127]. */\n",
-    "SPRINGLS__LANE springls__vec springls__vec_power2(springls__vec k)\n",
-    "{\n",
-    "    return springls__vec_of_bits((springls__vec_to_ints(k) + 127) << 23);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_exp(springls__vec x)\n",
-    "{\n",
-    "    springls__vec in = springls__vec_clamp(x, -80.0f, 80.0f), k = springls__vec_floor(in * 1.44269504f + 0.5f);\n",
-    "    springls__vec r = (in - k * 0.693359375f) + k * 2.12194440e-4f;\n",
-    "    springls__vec e = 1.0f + r * (1.0f + r * (0.5f + r * (1.66666667e-1f + r * (4.16666667e-2f\n",
-    "                          + r * (8.33333333e-3f + r * 1.38888889e-3f)))));\n",
-    "    return e * springls__vec_power2(k);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_tanh(springls__vec x)\n",
-    "{\n",
-    "    springls__vec a = springls__vec_abs(x), x2 = x * x, t = springls__vec_exp(-2.0f * a);\n",
-    "    springls__vec series = x * (1.0f + x2 * (-3.33333333e-1f + x2 * (1.33333333e-1f + x2 * (-5.39682540e-2f + x2 * 2.18694885e-2f))));\n",
-    "    t = springls__vec_select(a > 9.0f, springls__vec_all(1.0f), (1.0f - t) / (1.0f + t));\n",
-    "    t = springls__vec_select(x < 0.0f, -t, t);\n",
-    "    return springls__vec_select(a < 0.25f, series, t);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_sinpi(springls__vec x)\n",
-    "{\n",
-    "    springls__vec k = springls__vec_floor(x + 0.5f), r = x - k, r2 = r * r, half_k = k * 0.5f;\n",
-    "    springls__vec s = r * (3.14159265f + r2 * (-5.16771278f + r2 * (2.55016404f + r2 * (-0.599264529f\n",
-    "                          + r2 * (0.0821458866f + r2 * -0.00737043094f)))));\n",
-    "    return springls__vec_select(half_k == springls__vec_floor(half_k), s, -s);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__vec_cospi(springls__vec x) { return springls__vec_sinpi(x + 0.5f); }\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__segment_distance2_lanes(springls__vec3 x, springls__v3 a, springls__v3 e, float inverse)\n",
-    "{\n",
-    "    springls__vec3 d = springls__vec3_sub(x, springls__vec3_all(a)), along = springls__vec3_all(e);\n",
-    "    springls__vec s = springls__vec_clamp(springls__vec3_dot(d, along) * inverse, 0.0f, 1.0f);\n",
-    "    d = springls__vec3_mad(d, along, -s);\n",
-    "    return springls__vec3_dot(d, d);\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 5939 \"springls.h\"\n",
-    "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
-    "\n",
-    "#ifdef SPRINGLS__LANES\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
-    "{\n",
-    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f }, z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
-    "    springls__vec3 at;\n",
-    "    springls__vec best = springls__vec_all(radius2), found = springls__vec_all(-1.0f);\n",
-    "    float d2s[SPRINGLS__LANES], edges[SPRINGLS__LANES];\n",
-    "    int e, m;\n",
-    "    at.x = springls__vec_load(x);\n",
-    "    at.y = springls__vec_load(y);\n",
-    "    at.z = springls__vec_load(z);\n",
-    "    for (e = 0; e < 3; e++) {\n",
-    "        springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
-    "        springls__vec d = springls__segment_distance2_lanes(at, a, ab, o->inverse_edge2[e]);\n",
-    "        springls__vmask nearer = d < best;\n",
-    "        best = springls__vec_select(nearer, d, best);\n",
-    "        found = springls__vec_select(nearer, springls__vec_all((float)e), found);\n",
-    "    }\n",
-    "    springls__vec_store(d2s, best);\n",
-    "    springls__vec_store(edges, found);\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        d2[m] = d2s[m];\n",
-    "        edge[m] = (int)edges[m];\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 5971 \"springls.h\"\n",
-    "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
-    "\n",
-    "#ifdef SPRINGLS__LANES\n",
-    "\n",
-    "/* springls__tri_distance2 at x, x + (1, 0, 0), ... */\n",
-    "SPRINGLS__LANE springls__vec springls__tri_distance2_lanes(const springls__tri_plan *plan, springls__vec3 at)\n",
-    "{\n",
-    "    springls__vec3 da = springls__vec3_sub(at, springls__vec3_all(plan->t.a));\n",
-    "    springls__vec3 db = springls__vec3_sub(at, springls__vec3_all(plan->t.b));\n",
-    "    springls__vec3 dc = springls__vec3_sub(at, springls__vec3_all(plan->t.c));\n",
-    "    springls__vec height = springls__vec3_dot(springls__vec3_all(plan->n), da);\n",
-    "    springls__vec inner = springls__vec_min(springls__vec_min(springls__vec3_dot(springls__vec3_all(plan->side[0]), da),\n",
-    "                                                                springls__vec3_dot(springls__vec3_all(plan->side[1]), db)),\n",
-    "                                            springls__vec3_dot(springls__vec3_all(plan->side[2]), dc));\n",
-    "    springls__vec edges = springls__vec_min(\n",
-    "        springls__vec_min(springls__segment_distance2_lanes(at, plan->t.a, plan->edge[0], plan->inverse_edge2[0]),\n",
-    "                          springls__segment_distance2_lanes(at, plan->t.b, plan->edge[1], plan->inverse_edge2[1])),\n",
-    "        springls__segment_distance2_lanes(at, plan->t.c, plan->edge[2], plan->inverse_edge2[2]));\n",
-    "    return plan->inverse_n2 > 0.0f ? springls__vec_select(inner >= 0.0f, height * height * plan->inverse_n2, edges) : edges;\n",
-    "}\n",
-    "\n",
-    "/* row[i] = min(row[i], distance from (x + i, y, z) to the springl), where its bounding sphere comes closer than that. */\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
-    "                                         SPRINGLS__GLOBAL float *row)\n",
-    "{\n",
-    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
-    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec best = springls__vec_load(row + i), within = best + reach;\n",
-    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
-    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
-    "        if (!springls__vmask_any(springls__vec3_dot(d, d) < within * within)) continue;\n",
-    "        best = springls__vec_min(best, springls__vec_sqrt(springls__tri_distance2_lanes(plan, at)));\n",
-    "        springls__vec_store(row + i, best);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Adds to side[i] what the springl says at (x + i, y, z), where omega is less than `capture` and the springl's bounding\n",
-    "   sphere is at most half a voxel further than the nearest springl. */\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
-    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    const float ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
-    "    springls__vec3 at = springls__vec3_all(springls__v3_make((float)x, (float)y, (float)z)), d;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec nearest = springls__vec_load(omega + i), within = nearest + 0.5f + reach, d2, height;\n",
-    "        springls__vmask counts;\n",
-    "        at.x = (float)x + springls__vec_load(ramp + i);\n",
-    "        d = springls__vec3_sub(at, springls__vec3_all(center));\n",
-    "        counts = (nearest < capture) & (springls__vec3_dot(d, d) < within * within);\n",
-    "        if (!springls__vmask_any(counts)) continue;\n",
-    "        d2 = springls__tri_distance2_lanes(plan, at) + 0.01f;\n",
-    "        height = springls__vec3_dot(springls__vec3_all(plan->n), springls__vec3_sub(at, springls__vec3_all(plan->t.a)));\n",
-    "        height = springls__vec_select(counts, height / (d2 * d2 * springls__vec_sqrt(d2)), springls__vec_all(0.0f));\n",
-    "        springls__vec_store(side + i, springls__vec_load(side + i) + height);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "typedef struct springls__vec_cross7 { springls__vec c, xm, xp, ym, yp, zm, zp; } springls__vec_cross7;\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec_cross7 springls__tile_cross_lanes(SPRINGLS__LOCAL const float *t)\n",
-    "{\n",
-    "    springls__vec_cross7 v;\n",
-    "    v.c = springls__vec_load(t);\n",
-    "    v.xm = springls__vec_load(t - 1);\n",
-    "    v.xp = springls__vec_load(t + 1);\n",
-    "    v.ym = springls__vec_load(t - SPRINGLS__TILE);\n",
-    "    v.yp = springls__vec_load(t + SPRINGLS__TILE);\n",
-    "    v.zm = springls__vec_load(t - SPRINGLS__TILE * SPRINGLS__TILE);\n",
-    "    v.zp = springls__vec_load(t + SPRINGLS__TILE * SPRINGLS__TILE);\n",
-    "    return v;\n",
-    "}\n",
-    "\n",
-    "/* f times the upwind difference of phi */\n",
-    "SPRINGLS__LANE springls__vec springls__upwind_lanes(springls__vec f, springls__vec m, springls__vec c, springls__vec p)\n",
-    "{\n",
-    "    return f * springls__vec_select(f > 0.0f, c - m, p - c);\n",
-    "}\n",
-    "\n",
-    "/* springls__evolve_voxel where |phi| <= width, phi itself elsewhere. */\n",
-    "SPRINGLS__LANE void springls__evolve_lanes(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                           float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi), o;\n",
-    "    springls__vmask inside = springls__vec_abs(v.c) <= width;\n",
-    "    springls__vec change;\n",
-    "    if (!springls__vmask_any(inside)) {\n",
-    "        springls__vec_store(out, v.c);\n",
-    "        return;\n",
-    "    }\n",
-    "    o = springls__tile_cross_lanes(omega);\n",
-    "    change = springls__upwind_lanes(0.25f * (o.xm * o.xm - o.xp * o.xp), v.xm, v.c, v.xp)\n",
-    "           + springls__upwind_lanes(0.25f * (o.ym * o.ym - o.yp * o.yp), v.ym, v.c, v.yp)\n",
-    "           + springls__upwind_lanes(0.25f * (o.zm * o.zm - o.zp * o.zp), v.zm, v.c, v.zp);\n",
-    "    change = v.c - springls__vec_clamp(step * change, -0.9f, 0.9f);\n",
-    "    springls__vec_store(out, springls__vec_select(inside, change, v.c));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__evolve_lanes(phi + i, omega + i, width, step, out + i);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__least_lanes(springls__vec_cross7 v)\n",
-    "{\n",
-    "    return springls__vec_min(springls__vec_min(springls__vec_min(v.xm, v.xp), springls__vec_min(v.ym, v.yp)),\n",
-    "                             springls__vec_min(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__most_lanes(springls__vec_cross7 v)\n",
-    "{\n",
-    "    return springls__vec_max(springls__vec_max(springls__vec_max(v.xm, v.xp), springls__vec_max(v.ym, v.yp)),\n",
-    "                             springls__vec_max(v.zm, v.zp));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vmask springls__at_interface_lanes(springls__vec_cross7 v)\n",
-    "{\n",
-    "    springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
-    "    springls__vmask inside = v.c < 0.0f;\n",
-    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__slope2_lanes(springls__vec m, springls__vec c, springls__vec p)\n",
-    "{\n",
-    "    springls__vec flat = springls__vec_abs(0.5f * (p - m));\n",
-    "    springls__vec steep = springls__vec_max(springls__vec_abs(c - m), springls__vec_abs(p - c));\n",
-    "    springls__vec slope = springls__vec_select(flat < 0.65f * steep, steep, flat);\n",
-    "    return slope * slope;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__interface_distance_lanes(springls__vec_cross7 v)\n",
-    "{\n",
-    "    springls__vec g2 = springls__slope2_lanes(v.xm, v.c, v.xp) + springls__slope2_lanes(v.ym, v.c, v.yp)\n",
-    "                       + springls__slope2_lanes(v.zm, v.c, v.zp);\n",
-    "    springls__vec excess = springls__vec_sqrt(springls__vec_max(g2, springls__vec_all(1e-4f))) - 1.0f;\n",
-    "    springls__vec share = springls__vec_clamp(20.0f * springls__vec_abs(excess) - 1.0f, 0.0f, 1.0f);\n",
-    "    return v.c / (1.0f + share * excess);\n",
-    "}\n",
-    "\n",
-    "/* Is one of the 26 neighbours on the other side? */\n",
-    "SPRINGLS__LANE springls__vmask springls__touches_lanes(SPRINGLS__LOCAL const float *t)\n",
-    "{\n",
-    "    springls__vec lo = springls__vec_load(t), hi = lo, c = lo;\n",
-    "    springls__vmask inside = c < 0.0f;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 27; i++) {\n",
-    "        springls__vec v = springls__vec_load(t + i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1)));\n",
-    "        lo = springls__vec_min(lo, v);\n",
-    "        hi = springls__vec_max(hi, v);\n",
-    "    }\n",
-    "    return (inside & (hi >= 0.0f)) | (~inside & (lo < 0.0f));\n",
-    "}\n",
-    "\n",
-    "/* springls__interface_distance at the interface and sharp edges, springls__distance_guess elsewhere. */\n",
-    "SPRINGLS__LANE void springls__interface_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
-    "    springls__vec size = springls__vec_abs(v.c), d = springls__vec_clamp(size, SPRINGLS__NEAR, far_value), own;\n",
-    "    springls__vmask crossed = springls__at_interface_lanes(v), edge = size < 1.0f;\n",
-    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
-    "    if (springls__vmask_any(crossed | edge)) {\n",
-    "        own = springls__interface_distance_lanes(v);\n",
-    "        edge = edge & ~crossed & (springls__vec_abs(own) < SPRINGLS__NEAR);\n",
-    "        if (springls__vmask_any(edge)) crossed = crossed | (edge & springls__touches_lanes(phi));\n",
-    "        d = springls__vec_select(crossed, own, d);\n",
-    "    }\n",
-    "    springls__vec_store(out, d);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__interface_lanes(phi + i, far_value, out + i);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__eikonal_lanes(springls__vec x, springls__vec y, springls__vec z)\n",
-    "{\n",
-    "    const springls__vec zero = springls__vec_all(0.0f);\n",
-    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
-    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
-    "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
-    "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
-    "    sum = a + b + c;\n",
-    "    three = (sum + springls__vec_sqrt(springls__vec_max(sum * sum - 3.0f * (a * a + b * b + c * c - 1.0f), zero)))\n",
-    "            * (1.0f / 3.0f);\n",
-    "    d = springls__vec_select(one > b, two, one);\n",
-    "    return springls__vec_select(d > c, three, d);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE void springls__redistance_lanes(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    springls__vec_cross7 v = springls__tile_cross_lanes(phi);\n",
-    "    springls__vec x = springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp));\n",
-    "    springls__vec y = springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp));\n",
-    "    springls__vec z = springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp));\n",
-    "    springls__vec d = springls__vec_all(far_value);\n",
-    "    springls__vmask kept = springls__at_interface_lanes(v), near_by = ~kept & (springls__vec_abs(v.c) < SPRINGLS__NEAR);\n",
-    "    if (springls__vmask_any(near_by)) kept = kept | (near_by & springls__touches_lanes(phi));\n",
-    "    if (springls__vmask_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
-    "        d = springls__vec_min(springls__eikonal_lanes(x, y, z), d);\n",
-    "    d = springls__vec_select(v.c < 0.0f, -d, d);\n",
-    "    springls__vec_store(out, springls__vec_select(kept, v.c, d));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__redistance_lanes(phi + i, far_value, out + i);\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 6188 \"springls.h\"\n",
-    "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
-    "   offset: from the particle to the row's first voxel. */\n",
-    "\n",
-    "#ifdef SPRINGLS__LANES\n",
-    "\n",
-    "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
-    "\n",
-    "SPRINGLS__LANE void springls__vec_put(SPRINGLS__LOCAL float *at, springls__vmask where, float x)\n",
-    "{\n",
-    "    springls__vec_store(at, springls__vec_select(where, springls__vec_all(x), springls__vec_load(at)));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
-    "{\n",
-    "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
-    "    int i;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
-    "        springls__vec best = springls__vec_load(sums + springls__sum_at(SPRINGLS__NEAREST2, i));\n",
-    "        springls__vmask nearer = d2 < best;\n",
-    "        if (!springls__vmask_any(nearer)) continue;\n",
-    "        springls__vec_store(sums + springls__sum_at(SPRINGLS__NEAREST2, i), springls__vec_select(nearer, d2, best));\n",
-    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING, i), nearer, s.n.x);\n",
-    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 1, i), nearer, s.n.y);\n",
-    "        springls__vec_put(sums + springls__sum_at(SPRINGLS__FACING + 2, i), nearer, s.n.z);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE void springls__sum_add(SPRINGLS__LOCAL float *sums, int member, int i, springls__vec value)\n",
-    "{\n",
-    "    SPRINGLS__LOCAL float *at = sums + springls__sum_at(member, i);\n",
-    "    springls__vec_store(at, springls__vec_load(at) + value);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
-    "{\n",
-    "    const float inverse = 1.0f / (SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS);\n",
-    "    float yz2 = offset.y * offset.y + offset.z * offset.z, yz = s.n.y * offset.y + s.n.z * offset.z;\n",
-    "    springls__vec zero = springls__vec_all(0.0f);\n",
-    "    int i;\n",
-    "    for (i = row; i < row + 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec x = offset.x + springls__vec_load(springls__ramp + (i - row)), d2 = x * x + yz2;\n",
-    "        springls__vec w = springls__vec_max(1.0f - d2 * inverse, zero), along;\n",
-    "        if (!springls__vmask_any(w > zero)) continue;\n",
-    "        along = springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING, i)) * s.n.x\n",
-    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 1, i)) * s.n.y\n",
-    "                + springls__vec_load(sums + springls__sum_at(SPRINGLS__FACING + 2, i)) * s.n.z;\n",
-    "        w = w * w;\n",
-    "        w = springls__vec_select(along > 0.4f, w * w, zero);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_WEIGHT, i, w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_HEIGHT, i, w * (s.n.x * x + yz));\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET, i, x * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 1, i, offset.y * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_OFFSET + 2, i, offset.z * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL, i, s.n.x * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 1, i, s.n.y * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_NORMAL + 2, i, s.n.z * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED, i, s.moved.x * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 1, i, s.moved.y * w);\n",
-    "        springls__sum_add(sums, SPRINGLS__SUM_MOVED + 2, i, s.moved.z * w);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__LANE springls__vec springls__known_lanes(springls__vec phi, float far_value)\n",
-    "{\n",
-    "    return springls__vec_select(springls__vec_abs(phi) > 1.5f * far_value, springls__vec_all(0.0f), phi);\n",
-    "}\n",
-    "\n",
-    "/* springls__resolved_side; phi points into a tile. */\n",
-    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
-    "                                          SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec_cross7 v;\n",
-    "        springls__vec sum, nearest;\n",
-    "        springls__vmask doubtful = springls__vec_abs(springls__vec_load(phi + i)) > 1.5f * far_value;\n",
-    "        if (!springls__vmask_any(doubtful)) {\n",
-    "            springls__vec_store(out + i, springls__vec_load(phi + i));\n",
-    "            continue;\n",
-    "        }\n",
-    "        v = springls__tile_cross_lanes(phi + i);\n",
-    "        sum = springls__known_lanes(v.xm, far_value) + springls__known_lanes(v.xp, far_value)\n",
-    "              + springls__known_lanes(v.ym, far_value) + springls__known_lanes(v.yp, far_value)\n",
-    "              + springls__known_lanes(v.zm, far_value) + springls__known_lanes(v.zp, far_value);\n",
-    "        nearest = springls__vec_min(springls__vec_min(springls__vec_min(springls__vec_abs(v.xm), springls__vec_abs(v.xp)),\n",
-    "                                                      springls__vec_min(springls__vec_abs(v.ym), springls__vec_abs(v.yp))),\n",
-    "                                    springls__vec_min(springls__vec_abs(v.zm), springls__vec_abs(v.zp)));\n",
-    "        nearest = springls__vec_min(nearest + 1.0f, springls__vec_all(far_value));\n",
-    "        nearest = springls__vec_select(sum < 0.0f, -nearest, nearest);\n",
-    "        springls__vec_store(out + i, springls__vec_select(doubtful & (springls__vec_abs(sum) > enough), nearest, v.c));\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* springls__remove_speck; true when there was one. */\n",
-    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vec_cross7 v = springls__tile_cross_lanes(phi + i);\n",
-    "        springls__vec lo = springls__least_lanes(v), hi = springls__most_lanes(v);\n",
-    "        springls__vmask bubble = (v.c >= 0.0f) & (hi < 0.0f), crumb = (v.c < 0.0f) & (lo >= 0.0f);\n",
-    "        some = some || springls__vmask_any(bubble | crumb);\n",
-    "        springls__vec_store(out + i, springls__vec_select(bubble, hi, springls__vec_select(crumb, lo, v.c)));\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 6300 \"springls.h\"\n",
-    "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
-    "\n",
-    "#ifndef SPRINGLS__LANES\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o,\n",
-    "                                             SPRINGLS__GLOBAL const springls__v3 *q, float radius2, float d2[3], int edge[3])\n",
-    "{\n",
-    "    int e, m;\n",
-    "    for (m = 0; m < 3; m++) {\n",
-    "        d2[m] = radius2;\n",
-    "        edge[m] = -1;\n",
-    "        for (e = 0; e < 3; e++) {\n",
-    "            springls__v3 a = o->q[e], ab = springls__sub(o->q[e == 2 ? 0 : e + 1], a);\n",
-    "            float d = springls__segment_distance2(q[m], a, ab, o->inverse_edge2[e]);\n",
-    "            if (d >= d2[m]) continue;\n",
-    "            d2[m] = d;\n",
-    "            edge[m] = e;\n",
-    "        }\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springls__v3 center, float reach, int x, int y, int z,\n",
-    "                                         SPRINGLS__GLOBAL float *row)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
-    "        float within = row[i] + reach;\n",
-    "        if (springls__length2(springls__sub(at, center)) >= within * within) continue;\n",
-    "        row[i] = springls__min(row[i], springls__sqrt(springls__tri_distance2(*plan, at)));\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls__v3 center, float reach, float capture, int x,\n",
-    "                                        int y, int z, SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        springls__v3 at = springls__v3_make((float)(x + i), (float)y, (float)z);\n",
-    "        float within = omega[i] + 0.5f + reach;\n",
-    "        if (omega[i] < capture && springls__length2(springls__sub(at, center)) < within * within)\n",
-    "            side[i] += springls__side(*plan, at);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__evolve_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__LOCAL const float *omega, float width,\n",
-    "                                          float step, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        float moved = springls__evolve_voxel(springls__tile_cross(phi + i), springls__tile_cross(omega + i), step);\n",
-    "        out[i] = springls__fabs(phi[i]) <= width ? moved : phi[i];\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* Is one of the 26 neighbours on the other side? */\n",
-    "SPRINGLS__MATHS bool springls__touches(SPRINGLS__LOCAL const float *t)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 27; i++)\n",
-    "        if ((t[i % 3 - 1 + SPRINGLS__TILE * (i / 3 % 3 - 1 + SPRINGLS__TILE * (i / 9 - 1))] < 0.0f) != (t[0] < 0.0f)) return true;\n",
-    "    return false;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        float d = springls__interface_distance(v);\n",
-    "        bool own = springls__at_interface(v) || (springls__at_sharp_edge(v.c, d) && springls__touches(phi + i));\n",
-    "        out[i] = own ? d : springls__distance_guess(v.c, far_value);\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) out[i] = springls__redistance(springls__tile_cross(phi + i), springls__touches(phi + i), far_value);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__specks_row(SPRINGLS__LOCAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    bool some = false;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        out[i] = springls__remove_speck(springls__tile_cross(phi + i));\n",
-    "        some = some || (out[i] < 0.0f) != (phi[i] < 0.0f);\n",
-    "    }\n",
-    "    return some;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__nearest_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
-    "{\n",
-    "    float yz2 = offset.y * offset.y + offset.z * offset.z;\n",
-    "    int i;\n",
-    "    for (i = row; i < row + 8; i++) {\n",
-    "        float d2 = springls__row_distance2(offset.x + (float)(i - row), yz2);\n",
-    "        if (d2 >= sums[springls__sum_at(SPRINGLS__NEAREST2, i)]) continue;\n",
-    "        sums[springls__sum_at(SPRINGLS__NEAREST2, i)] = d2;\n",
-    "        sums[springls__sum_at(SPRINGLS__FACING, i)] = s.n.x;\n",
-    "        sums[springls__sum_at(SPRINGLS__FACING + 1, i)] = s.n.y;\n",
-    "        sums[springls__sum_at(SPRINGLS__FACING + 2, i)] = s.n.z;\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__moments_store(SPRINGLS__LOCAL float *sums, int i, springls__moments m)\n",
-    "{\n",
-    "    const springls__v3 *from[3];\n",
-    "    int k;\n",
-    "    from[0] = &m.offset;\n",
-    "    from[1] = &m.normal;\n",
-    "    from[2] = &m.moved;\n",
-    "    for (k = 0; k < 3; k++) {\n",
-    "        sums[springls__sum_at(3 * k, i)] = from[k]->x;\n",
-    "        sums[springls__sum_at(3 * k + 1, i)] = from[k]->y;\n",
-    "        sums[springls__sum_at(3 * k + 2, i)] = from[k]->z;\n",
-    "    }\n",
-    "    sums[springls__sum_at(SPRINGLS__SUM_WEIGHT, i)] = m.weight;\n",
-    "    sums[springls__sum_at(SPRINGLS__SUM_HEIGHT, i)] = m.height;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__moments_row(springls__oriented s, springls__v3 offset, SPRINGLS__LOCAL float *sums, int row)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = row; i < row + 8; i++) {\n",
-    "        springls__v3 facing = springls__v3_make(sums[springls__sum_at(SPRINGLS__FACING, i)],\n",
-    "                                                sums[springls__sum_at(SPRINGLS__FACING + 1, i)],\n",
-    "                                                sums[springls__sum_at(SPRINGLS__FACING + 2, i)]);\n",
-    "        springls__v3 at = springls__v3_make(offset.x + (float)(i - row), offset.y, offset.z);\n",
-    "        springls__moments_store(sums, i, springls__moments_add(springls__moments_load(sums, i), s, at, facing));\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS void springls__resolve_side_row(SPRINGLS__LOCAL const float *phi, float far_value, float enough,\n",
-    "                                          SPRINGLS__GLOBAL float *out)\n",
-    "{\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) out[i] = springls__resolved_side(springls__tile_cross(phi + i), far_value, enough);\n",
-    "}\n",
-    "\n",
-    "#endif\n",
-    "#line 6444 \"springls.h\"\n",
+    "#line 6804 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19502,8 +20000,8 @@ static const char *const springls__kernel_lines[] = {
     "      SPRINGLS__SURFACE_FLOATS) \\\n",
     "    X(surface, 8, SPRINGLS__BIT(SCRATCH5) | SPRINGLS__BIT(SCRATCH6), SPRINGLS__TILE_VOXELS)\n",
     "\n",
-    "/* Those whose loop is in lanes_*.h. */\n",
-    "#define SPRINGLS__KERNELS_OF_LANES(X)                                                                 \\\n",
+    "/* Kernels that have springls__name_elements besides, for several elements at once: C calls that. */\n",
+    "#define SPRINGLS__SIMD_KERNELS(X)                                                                     \\\n",
     "    X(relax, 128, SPRINGLS__BIT(SCRATCH1))\n",
     "\n",
     "/* What only a device needs: there several elements meet by atomic operations, and lists are made in pieces (collect.cl, device.cl).\n",
@@ -19519,7 +20017,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 19523 \"springls.h\"\n",
+    "#line 20021 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20170,7 +20668,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
-    "SPRINGLS__KERNELS_OF_LANES(SPRINGLS__ENTRY)\n",
+    "SPRINGLS__SIMD_KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
     "\n",
     "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",

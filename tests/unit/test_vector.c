@@ -110,7 +110,7 @@ TEST rotate_turns(void)
     fixture_seed(3);
     for (i = 0; i < 5000; i++) {
         springls__v3 v = fixture_point(-3.0f, 3.0f), w = springls__scale(fixture_direction(), fixture_between(0.0f, 3.1f)), r;
-        r = springls__rotate(v, w);
+        r = springls__rotate(v, springls__turn_by(w));
         ASSERT_LT(d3_distance(d3_rotate(d3_of(v), d3_of(w)), d3_of(r)), 5e-6);
     }
     PASS();
