@@ -31,7 +31,7 @@
 #define springls_cl_name SPRINGLS__NAME(springls_cl_name)
 #define springls_cl_exact SPRINGLS__NAME(springls_cl_exact)
 #define springls_cl_get_counts SPRINGLS__NAME(springls_cl_get_counts)
-#define springls_cl_springls SPRINGLS__NAME(springls_cl_springls)
+#define springls_cl_springl_buffer SPRINGLS__NAME(springls_cl_springl_buffer)
 #endif
 
 #ifdef __cplusplus
@@ -75,7 +75,7 @@ SPRINGLS_API bool springls_cl_exact(const springls_backend *backend);
 /* The device's memory (cl_mem) of the springls, springls_count of them in 64 bytes each: 12 floats q0 q1 q2 p in voxels, and 4
    that are private. For drawing without a way over the host: to be read only, in the backend's queue, until the next call with
    ctx. NULL for an empty model, or one without this backend. */
-SPRINGLS_API void *springls_cl_springls(springls_context *ctx);
+SPRINGLS_API void *springls_cl_springl_buffer(springls_context *ctx);
 
 /* What has been done so far, by all contexts: kernels started, and bytes that went each way. */
 typedef struct springls_cl_counts { uint64_t kernels, uploads, downloads, bytes_up, bytes_down; } springls_cl_counts;
@@ -828,7 +828,7 @@ SPRINGLS_API bool springls_cl_exact(const springls_backend *backend)
     return backend && ((const springls__cl *)(const void *)backend)->exact;
 }
 
-SPRINGLS_API void *springls_cl_springls(springls_context *ctx)
+SPRINGLS_API void *springls_cl_springl_buffer(springls_context *ctx)
 {
     if (!ctx || !ctx->backend || ctx->model.set.count == 0) return NULL;
     springls__use_device(ctx);

@@ -55,7 +55,7 @@ SPRINGLS__FN springls_status springls__attributes_before_removal(springls_contex
 SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int count);
 SPRINGLS__FN springls_status springls__attributes_after_fill(springls_context *ctx, int known);
 
-/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+/* To be called when the level set has been made to follow the springls: what moves them from now on, carry_level_set will carry. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
