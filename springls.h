@@ -92,128 +92,165 @@
 /* ======== >>api  (src/interface/api.h) ========================================================================= */
 
 /* ======== >>manual  (src/interface/manual.h) =================================================================== */
-/* springls.h - Spring Level Sets in one header of C99.
+/* springls.h - Spring Level Sets in one C99 header.
 
    The method: B. C. Lucas, M. Kazhdan, R. H. Taylor, "Spring Level Sets: A Deformable Model Representation to Provide
-   Interoperability between Meshes and Level Sets", IEEE TVCG 19(5), 2013: "the paper" below.
+   Interoperability between Meshes and Level Sets", IEEE TVCG 19(5), 2013. "The paper" below is this one; section, equation
+   and table numbers are its own.
 
 
    WHAT IT IS
 
    One deformable model in three forms that are kept in agreement:
 
-     springls   a triangle soup; each triangle hangs by three springs on a particle and moves with the flow
+     springls   a triangle soup: each triangle hangs by three springs on a particle, and moves with the flow
      points     each particle p remembers its place a on the original surface
-     phi        a signed distance on a sparse grid, negative inside; its zero level is a watertight surface
+     phi        a signed distance on a sparse voxel grid, negative inside; its zero level is a watertight surface
 
-   Springls carry detail and correspondence; phi says what is inside, where springls are missing and where they are
-   superfluous. Topology changes by itself, or is preserved on request.
+   Springls carry detail and correspondence. phi shows what is inside, where springls are missing and where there are too
+   many. The topology changes by itself, or is preserved on request.
+
+   The paper's words:
+
+     springl           a particle, three springs and a triangle: one element of the surface
+     constellation     all springls of a model
+     correspondence    a: the place on the original surface that a particle came from
+     original surface  the model as it was set; its signed distance is phi_ref
+     capsule           all places within d_max of a springl: the zero level there is covered
+     omega             the unsigned distance to the springls
+     narrow band       the voxels near the zero level, where phi is a distance
 
 
-   DO THIS
+   QUICK START
 
      #define SPRINGLS_IMPLEMENTATION
      #include "springls.h"
 
-   in exactly one C or C++ file, and include springls.h without the macro everywhere else. Link the C maths library
-   (-lm). Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
-
-
-   MACROS, defined before the include
-
-     SPRINGLS_IMPLEMENTATION  the function bodies, in one file of the program
-     SPRINGLS_STATIC          every function private to the including file; several files may each have their own copy
-     SPRINGLS_DLL             export the functions from (implementation) or import them from (user) a shared library
-     SPRINGLS_NAMESPACE       =foo: springls_step is foo_springls_step for the linker; two versions fit one program.
-                              Define it alike in every file that includes the header
-     SPRINGLS_ASSERT(c)       internal checks; the default is assert of <assert.h>. Wrong arguments never come here:
-                              they return a status
-     SPRINGLS_NO_SIMD         plain C in the hot loops too. GCC and clang make vectors of 4 floats, of 8 where the target
-                              has AVX2 (-mavx2, -march=native); the results are the same bits
+   in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
+   Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
 
 
    STEP BY STEP
 
-     1. Fill a springls_desc: zero all of it, set grid.size. spacing, origin and direction place the voxels in the
-        world. Hooks for memory, threads, log, progress and trace are optional.
+     1. Fill a springls_desc: zero all of it and set grid.size. spacing, origin and direction place the voxels in the world.
+        Hooks for memory, threads, log, progress and trace are optional.
      2. springls_create(&desc, &ctx).
-     3. Give it a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or
-        _set_springls. Each replaces the model and makes it its own reference: a = p.
-     4. Fill a springls_forces: callbacks that answer for a batch of points, or sampled grids. Speeds are voxels a unit
-        of time, points are voxel coordinates.
-     5. Fill a springls_step_desc: forces, mode, dt, max_displacement = 2: then dt may be as long as you like, and is cut
-        into sub-steps of two voxels. With dt = 0 a step is as long as max_displacement (d_max) allows.
+     3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
+        replaces the model and makes it the original surface: a = p.
+     4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
+        voxels a unit of time.
+     5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
+        like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
      7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
         springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
 
+   MACROS, defined before the include
+
+     SPRINGLS_IMPLEMENTATION  adds the function bodies; in one file of the program
+     SPRINGLS_STATIC          makes every function private to the including file; several files may each have their own copy
+     SPRINGLS_DLL             exports the functions from (implementation) or imports them from (user) a shared library
+     SPRINGLS_NAMESPACE       =foo: springls_step is foo_springls_step for the linker, so that two versions fit one program.
+                              Define it alike in every file that includes the header
+     SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
+                              and never reach it
+     SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
+                              the target has AVX2 (-mavx2, -march=native); the results have the same bits
+
+
    DATA FLOW
 
      mesh, volume, function --> springls + phi --> step, step, ... --> mesh, springls, distances, correspondences
 
-   SPRINGLS_MODE_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
+   A step runs stages in a fixed order. "paper" and "default" are the two parameter sets; "Mth" is every M-th step
+   (resample_period), "-" never, "4 x" four times.
 
-       advect  relax  contract  resample  relax  (evolve  rebuild) x evolve_iterations  fill_gaps
+   SPRINGLS_MODE_FLUID, Algorithm 2: for active contours and fluids. Steps of up to d_max with the paper's set, of up to two
+   voxels with the default set (springls_step_desc.max_displacement = 2).
 
-     on the others:
+     stage              paper   default   does
+     advect             every   every     moves springls by the forces
+     relax              every   every     lets each springl seek equilibrium with its neighbours
+     contract           Mth     -         removes, reshapes or merges springls
+     resample           Mth     -         splits large springls
+     relax              Mth     -
+     keep_edges         -       every     turns springls at sharp edges to their own side; only in models that have such edges
+     project            -       every     carries phi along with the springls, and makes it their distance
+     evolve, rebuild    4 x     -         moves phi towards the springls; makes it a distance again
+     (orientation)      Mth     Mth       turns triangles that face against grad phi (section 4.3.1)
+     contract           -       Mth
+     resample           -       Mth
+     fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
+     volume_lock        -       -         with params.volume_lock = 1: every step
 
-       advect  relax  (evolve  rebuild) x evolve_iterations
+   SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is made anew from the springls, which does not preserve
+   topology.
 
-     With the default set, steps up to two voxels (springls_step_desc.max_displacement = 2). On every M-th step:
-
-       advect  relax  [keep_edges]  project  contract  resample  fill_gaps  [volume_lock]
-
-     on the others:
-
-       advect  relax  [keep_edges]  project  [volume_lock]
-
-     predict = 1 and evolve_iterations = 0: phi is carried along before it is projected: a voxel takes the value of the place that
-     the springls around it have come from. Where none is near and the surface may have passed, the voxels around decide the
-     side. eq. 23 is left out, and with it curvature of eq. 22 (springls_forces.curvature_weight smooths too); with
-     evolve_iterations > 0 it follows. After a way of more than band_half_width + 1 voxels, phi is made afresh
-     (unsigned_to_signed), which does not preserve topology: cut such steps by max_displacement.
-     project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
-     springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
-     reach stay outside. Springls with the inside before them, left where bodies have met, go; so does a single voxel of the
-     other side, unless topology is PRESERVED or a thin sheet has it.
-     resample_last = 1: contract and resample come when phi has followed, and the second relax is left out.
-     Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
-     keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
-     nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
-     fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
-     they span; the zero level's triangles follow only where no springl is within 0.75 voxels, at sheets 1.5, not d_max. A wide hole
-     then takes a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
-     keep_edges = 1: springls at a crease are turned into their own side of it before phi follows (keep_edges), and project,
-     split and fill ask each side by itself: see SHARP EDGES.
-     On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
-
-   SPRINGLS_MODE_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
-
-       advect  unsigned_to_signed  [keep_edges]  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
-
-   with at least three of (evolve  rebuild) where predict = 1: there is nothing to carry. Topology is not preserved: phi is
-   made afresh.
+     stage                paper   default
+     advect               every   every
+     unsigned_to_signed   every   every     makes phi from the springls alone
+     keep_edges           -       every
+     evolve, rebuild      4 x     3 x       at least 3 x where carry_level_set = 1, since there is nothing to carry
+     project              -       every
+     relax                every   every
+     fill_gaps            every   every
+     contract             every   every
+     resample             every   every
+     volume_lock          -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project, keep_edges and volume_lock may also be
-   called alone, in any order.
+   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges
+   and volume_lock may also be called alone, in any order.
+
+   These switches of the default set change what stages do:
+
+     switch                   stage                what it changes
+     carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
+                                                   springls around it came from. Where no springl is near and the surface may
+                                                   have passed, the neighbouring voxels decide the side. A single voxel of the
+                                                   other side is removed, unless topology is PRESERVED or a thin sheet needs
+                                                   it. After a motion of more than band_half_width + 1 voxels phi is made anew
+                                                   by unsigned_to_signed, which does not preserve topology: max_displacement
+                                                   avoids such motions
+     evolve_iterations = 0    evolve, rebuild      left out, and with them the curvature term of eq. 22:
+                                                   springls_forces.curvature_weight smooths too. With a number > 0 they run
+                                                   after phi has been carried
+     project_level_set = 1    project              phi near springls is their oriented distance, to second order
+                              unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
+                                                   that the paper's background cannot reach stay outside
+                              contract             removes springls with the inside in front of them, which are left where
+                                                   bodies have met
+     resample_last = 1        contract, resample   run after phi has followed the springls; the second relax is left out
+     keep_thin = 1            contract             keeps a springl far from the zero level while the other side of its sheet is
+                                                   behind it, or neighbours are beside it
+     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it; filaments and
+                                                   drops of that size may vanish
+     fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
+                                                   surface that they span; a wide hole takes a few calls. Then adds the zero
+                                                   level's triangles, but only where no springl is within 0.75 voxel, or 1.5
+                                                   voxels at thin sheets (without the switch: d_max)
+     keep_edges = 1           keep_edges           runs, where the model has sharp edges: see SHARP EDGES
+                              project, resample    average each side of an edge by itself
+                              fill_gaps            the same
+
+   keep_thin, nucleate and fill_from_springls keep sheets that are thinner than a voxel, which phi alone loses. Within such
+   a sheet the zero level may be islands: there the springls are the surface.
 
 
    PARAMETERS
 
-   springls_paper_params() has the paper's rules, springls_default_params() what we recommend. Lengths are voxels. Where
-   the columns differ, each member is a switch of its own, so the effect of one change can be measured.
+   springls_paper_params() has the paper's rules, springls_default_params() what we recommend. Lengths are in voxels. Where
+   the columns differ, each member is a switch of its own, so that the effect of one change can be measured.
 
      symbol     member               meaning                                             default   paper     unit
-     d_max      d_max                capsule radius: nearer than it is covered           0.5       0.5       voxel
+     d_max      d_max                capsule radius: a place nearer than it is covered   0.5       0.5       voxel
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           1         5 (p)
+                relax_iterations     iterations of Algorithm 1                           1         5
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
@@ -222,33 +259,33 @@
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
      xi         relax_step_length    eq. 17                                              0.2       0.1
      rho        relax_step_rotation  eq. 18                                              0.2       0.1
-                relax_same_side      1: neighbours that face the other way do not pull   0         0
+                relax_same_side      1: neighbours that face the opposite way do not pull 0        0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
                 max_angle            larger angles are bad                               160       160       degree
                 min_area             smaller triangles are bad                           0.05      0         voxel^2
                 reshape              1: a bad triangle is given a good shape; 0: removed 1         0
-                merge_distance       the younger of two nearer particles goes; 0: never  0.6       0         voxel
-                keep_thin            1: far springls of a thin sheet stay                1         0
+                merge_distance       of two nearer particles the younger goes; 0: never  0.6       0         voxel
+                keep_thin            1: springls of a thin sheet stay                    1         0
      M          resample_period      steps from one resampling to the next               5         5
-                resample_last        see DATA FLOW                                       1         0
+                resample_last        1: resampling comes after phi has followed          1         0
                 split_edge           split when the longest edge exceeds it              2         never (d) voxel
                 split_area           or the area exceeds it                              4         3 (p)     voxel^2
                 placement            of new springls: COPY, QUADRATIC                    QUADR.    COPY
                 band_half_width      phi is a distance within it                         3         3 (p)     voxel
-                capture              omega is clamped here, eq. 21                       2         2 (d)     voxel
+                capture_range        omega is clamped here, eq. 21                       2         2 (d)     voxel
                 evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
-                predict              1: springls carry phi along                         1         0
+                carry_level_set      1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
-                track_iterations     projections on the original surface, eq. 26         4         4
+                track_iterations     steps of eq. 26 towards the original surface        4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
@@ -261,144 +298,162 @@
 
    SHARP EDGES
 
-   Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1; not by
-   springls_set_springls, and not when the switch is turned on later. With keep_edges = 1 such an edge stays an edge, where
-   springls about it fall into sides: groups of normals 50 degrees or more apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
-   of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
-   smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
-   right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of
-   the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
+   With keep_edges = 1 a sharp edge of the model that was set stays sharp. An edge is where the springls around a place fall
+   into sides: groups whose normals are 50 degrees or more apart, each a patch and not a strip, with almost no springl
+   between them. Rims of thin sheets, and rounded edges with a radius of a voxel or more, are smooth surfaces.
+
+   Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1. They are
+   not looked for by springls_set_springls, nor when the switch is turned on later.
+
+   At an edge phi is the larger (convex) or smaller (concave) of the heights above the sides. Beyond a convex edge that is
+   less than the distance, by up to 29 % at a right angle. Marching cubes still cuts edges off between voxels: the extracted
+   mesh is as sharp as the distance of the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts the
+   springls at edges.
 
 
    ATTRIBUTES
 
-   springls_add_attribute gives every springl some floats under a name; they follow through splits, fills and merges by the policies
-   of its springls_attribute_desc: COPY for labels, BLEND for what is continuous, SHARE for amounts. For colours, weights and the
-   like take BLEND, BLEND and, for merge, COPY: of two springls that merge the elder keeps place and correspondence, and so what
-   belongs to them. Blending means values with weights that are not negative and add up to 1, so a range is kept, and sums of
-   channels (bone weights) stay 1; of what curves over the original it takes a little off at each interpolation. What is known on
-   the mesh that was set need not be carried: springls_mesh_materials says where on it the vertices of an extracted mesh lie,
-   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_interpolate_material takes the
-   values from there, which no number of steps wears off. springls_get_provenance says of each springl whether it is original,
-   split or filled, and how old. Attributes cost nothing when there are none, and change nothing about the model. With a backend
-   they live on the host, which at each resampling reads what it needs of the springls.
-   springls_combine, _combine_implicit, _offset, _smooth and _remesh keep attributes as they keep springls.
+   springls_add_attribute gives every springl some floats under a name. They follow through splits, fills and merges by the
+   policies of its springls_attribute_desc: COPY for labels, BLEND for continuous values, SHARE for amounts. For colours,
+   weights and the like take BLEND for split, BLEND for fill and COPY for merge: of two springls that merge the elder keeps
+   place and correspondence, and so what belongs to them.
+
+   Blending uses weights that are not negative and add up to 1. So values stay in their range, and channels that sum to 1
+   (bone weights) still do; of a function that curves over the original surface each interpolation loses a little.
+
+   A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
+   an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
+   coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
+   nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
+   it needs of the springls at each resampling. springls_combine, _combine_implicit, _offset, _smooth and _remesh keep
+   attributes as they keep springls.
 
 
    VOLUME LOCK
 
-   With volume_lock = 1 every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC ends with each component's volume (of its marching
-   cubes surface, as springls_measure tells it, to about 1 part in 10^6) being what it was before the first step with the switch on: its
-   springls and phi are moved along their normals by one small distance a component. When components merge their volumes add up; when
-   one splits the parts share its volume as they divide it. A component that appears from nothing keeps the volume it appears
-   with; parts of less than 10 voxels count as
-   belonging to the largest. It holds the volume against forces too, so it is not for contours that are to grow. It is cosmetic: it hides a loss
-   of volume and improves nothing else, and it is off in every figure we report. springls_stats.volume_correction is what it
-   had to do. It needs 8 bytes more a voxel of active bricks and 4 a brick of the grid.
+   With volume_lock = 1 each component of the model keeps the volume that it had before the first step with the switch on.
+   At the end of every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC the springls and phi of a component move along
+   their normals by one small distance; its volume (of its marching cubes surface, as springls_measure computes it) is then
+   right to about 1 part in 10^6.
+
+     - When components merge, their volumes add up; when one splits, its parts share its volume in proportion to their own.
+     - A component that appears from nothing keeps the volume that it appears with.
+     - Parts of less than 10 voxels count as belonging to the largest component.
+     - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
+     - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
+     - springls_stats.volume_correction is the distance that it needed.
+     - It takes 8 bytes a voxel of active bricks and 4 bytes a brick of the grid.
 
 
    MEMORY
 
-   All memory comes from desc.allocator, or malloc; the library calls it only from the thread that called the library.
-   phi and omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of
-   the surface; a top table has one int a brick. springls_memory_used tells the bytes held. Buffers grow and are reused;
-   springls_reset keeps them, springls_destroy returns them. Views (springls_view_*, springls_ids) belong to the context
-   until the next call that changes the model. A springls_mesh belongs to the caller: springls_mesh_free. Arrays handed
-   in are borrowed during the call.
+   All memory comes from desc.allocator, or malloc, and is asked for only on the thread that called the library. phi and
+   omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
+   a top table has one int a brick of the grid. springls_memory_used returns the bytes held. Buffers grow and are reused;
+   springls_reset keeps them, springls_destroy returns them.
+
+   Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
+   belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
 
 
    THREADS
 
-   A context belongs to one thread at a time; different contexts are independent; there is no global state. Inside a
-   call, work is cut into ranges that go to desc.tasks.parallel_for, to OpenMP when compiled with it, or run in the
-   calling thread. Force callbacks then run on several threads at once, with different ranges: they must not write to
-   shared state. GCC's OpenMP threads wait in a busy loop, which costs ten times the work where the machine has something
-   else to do: set OMP_WAIT_POLICY=passive in the environment.
+   One thread uses a context at a time; different contexts are independent; there is no global state. Inside a call, work is
+   divided into ranges that go to desc.tasks.parallel_for, or to OpenMP when compiled with it, or run in the calling thread.
+   Force callbacks run on several threads at once, with different batches: they must not write to shared state. GCC's OpenMP
+   threads wait in a busy loop, which can cost ten times the work where other programs run: set OMP_WAIT_POLICY=passive in
+   the environment.
 
 
    FRAMES
 
-   springls_step_begin and springls_step_continue are springls_step in pieces, for a budget of time a frame: the same bits
-   however it is cut. A stage is left between its parts, and inside the loops that are its work:
+   springls_step_begin and springls_step_continue run a step in pieces, for a budget of time a frame, with the same bits
+   however it is divided. A stage consists of phases. A step can be left between two phases, and inside the loop that a
+   phase ends with:
 
-     advect               the forces' batches
-     relax                finding neighbours, every iteration
-     contract             choosing, every round of merging
-     project              the projection, removal of specks, every sweep that re-distances
-     fill_gaps            looking for holes, looking for bare triangles
-     evolve, rebuild      omega, eq. 23, every sweep
-     unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
+     advect               over batches of the forces
+     relax                over springls: finding neighbours; every iteration
+     contract             over springls: choosing; every round of merging
+     project              over bricks: the projection; removal of specks; every sweep that re-distances
+     fill_gaps            over springls and bricks: finding holes; finding bare triangles
+     evolve, rebuild      over bricks: omega; eq. 23; every sweep
+     unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
 
-   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells,
-   bricks are added and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed;
-   resample, keep_edges and volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits
-   where a part wants a number back. springls_chunks: the zero level in bricks, and which have changed. springls_snapshot,
-   springls_restore: back, and on again to the bit.
+   What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
+   sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
+   checked. resample, keep_edges and volume_lock are one phase each. On a device, phases are enqueued and the host
+   continues; a call waits where a phase needs a number from the device.
+
+   springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
+   earlier model and continue from it with the same bits.
 
 
    ERRORS
 
-   Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) tells
-   what and where. Nothing aborts, nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
-   be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were.
-   When max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
+   Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) returns what
+   failed and where. Nothing aborts and nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
+   be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were. When
+   max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
 
 
    DETERMINISM
 
-   The same input gives the same bits for every number of threads, every cut into ranges and every optimisation level,
+   The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
    provided the compiler does not fuse a*b+c. Clang obeys a pragma in this header; GCC needs -ffp-contract=off. Flags that
-   permit the compiler to change arithmetic (-ffast-math) lose the promise. springls_fp_contract_detected() tells
-   whether a build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are
-   the library's own. Force callbacks must be deterministic too.
+   let the compiler change arithmetic (-ffast-math) break the promise. springls_fp_contract_detected() reports whether a
+   build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
+   own. Force callbacks must be deterministic too.
 
 
    LIMITS
 
-     - The grid is 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
-     - Sheets thinner than about a voxel have no watertight zero level, though their springls carry them on (default set: see
-       DATA FLOW). Threads of that size break.
-     - At most 8 neighbour edges a vertex (section 4.8 of the paper).
-     - float32 in voxel units throughout.
-     - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
+     - The grid has 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
+     - Sheets thinner than about a voxel have no watertight zero level, though the default set keeps their springls (see
+       DATA FLOW). Filaments of that thickness break.
+     - A vertex has at most 8 neighbour edges (section 4.8).
+     - Everything inside is float32, in voxel units.
+     - OpenCL has a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for other hosts.
 
 
    DEVIATIONS of springls_paper_params() from the paper
 
-     - omega is clamped at 2 voxels (capture), not at d_max (eq. 21): with d_max phi feels no force where it has fallen
-       half a voxel behind and never catches up.
-     - Springls are split when their area exceeds 3 voxel^2, as Table 2 says and the author's program does; section 4.6
-       prints a longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
-     - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program, moved so
-       that they straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
+     - omega is clamped at 2 voxels (capture_range), not at d_max (eq. 21): with d_max phi feels no force where it has
+       fallen half a voxel behind, and never catches up.
+     - Springls are split when their area exceeds 3 voxel^2, as Table 2 and the author's program do; section 4.6 prints a
+       longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+     - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program. They are
+       moved to straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
        takes the nearest one when it is more than 2 voxels from the average; that nearly doubles the tracking error of
        LeVeque's test (nearest_rule = 2).
-     - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points
-       on those edges are taken afresh in every iteration.
-     - contract judges a particle by phi taken before the step's advect, when phi and springls were in step. After a
-       step as long as d_max a good springl is further than contract_distance from the old zero level. Called alone,
-       springls_contract takes phi as it is.
-     - The compact delta of eq. 23 has half-width 1.5 voxels, and the data term is -grad(omega^2)/2, smooth at the surface.
+     - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points on
+       those edges are found again in every iteration.
+     - contract judges a particle by phi as it was before the step's advect, when phi and springls agreed. After a step as
+       long as d_max a good springl is further than contract_distance from the old zero level. springls_contract, called
+       alone, takes phi as it is.
+     - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
+       the surface.
      - Runge-Kutta stages sample the time of their stage. The author's program spans half a step: half_time_sampling.
-     - Signs. In eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract, and positive curvature
+     - Signs: in eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract and positive curvature
        smooths, as gradient descent on eq. 22 does. The term omega^2/2 times curvature is dropped.
-     - rebuild re-distances with sub-voxel care at the interface instead of counting layers of voxels.
+     - rebuild finds distances with sub-voxel accuracy at the interface, instead of counting layers of voxels.
 
 
-   MAP from the paper to functions
+   MAP from the paper to functions and files
 
      eq. 1, 2           springls_advect, springls_forces
-     eq. 3-20, Alg. 1   springls_relax (kernels_embed/relax.h)
-     eq. 21             omega, inside springls_evolve (src/omega.h)
+     eq. 3-20, Alg. 1   springls_relax (kernels_embed/stages/relax.h)
+     eq. 21             omega, inside springls_evolve (kernels_embed/stages/unsigned_distance.h)
      eq. 22, 23         springls_evolve
      eq. 24, 25         springls_step_desc.stop_at_topology
      eq. 26             springls_track
      eq. 27             springls_pack_matrix
      section 2.3.2      springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
-     section 4.3.1      springls_step: turns flipped triangles (src/relax.h)
-     section 4.4        springls_fill_gaps (src/fill_gaps.h; src/fill_from_springls.h is not the paper's)
+     section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
+     section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
@@ -15058,7 +15113,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 641 \"springls.h\"\n",
+    "#line 696 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -15155,7 +15210,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1396 \"springls.h\"\n",
+    "#line 1451 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "#ifndef SPRINGLS__COMPAT\n",
@@ -15219,7 +15274,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 1461 \"springls.h\"\n",
+    "#line 1516 \"springls.h\"\n",
     "/* vector.h - three-vectors and the few scalar functions that every stage needs.\n",
     "   tanh, atanh, exp, sin and cos are our own: libm's and OpenCL's differ in the last bits, and state must not. */\n",
     "\n",
@@ -15362,7 +15417,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1605 \"springls.h\"\n",
+    "#line 1660 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15429,7 +15484,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
-    "#line 1673 \"springls.h\"\n",
+    "#line 1728 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15693,7 +15748,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.bounding_radius = shape.bounding_radius;\n",
     "}\n",
-    "#line 1938 \"springls.h\"\n",
+    "#line 1993 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -15941,7 +15996,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2187 \"springls.h\"\n",
+    "#line 2242 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* A triangle prepared for many voxels: everything the distance needs that does not depend on the voxel. */\n",
@@ -16072,7 +16127,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2319 \"springls.h\"\n",
+    "#line 2374 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -16182,7 +16237,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2430 \"springls.h\"\n",
+    "#line 2485 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -16244,7 +16299,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2493 \"springls.h\"\n",
+    "#line 2548 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* u of LeVeque's deformation in the unit cube, x = voxel / N, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16452,7 +16507,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2702 \"springls.h\"\n",
+    "#line 2757 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -16616,7 +16671,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2867 \"springls.h\"\n",
+    "#line 2922 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16642,7 +16697,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 2894 \"springls.h\"\n",
+    "#line 2949 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16711,7 +16766,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 2964 \"springls.h\"\n",
+    "#line 3019 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16762,7 +16817,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 3016 \"springls.h\"\n",
+    "#line 3071 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16936,7 +16991,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3191 \"springls.h\"\n",
+    "#line 3246 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -17058,7 +17113,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3314 \"springls.h\"\n",
+    "#line 3369 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -17198,7 +17253,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3455 \"springls.h\"\n",
+    "#line 3510 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17608,7 +17663,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3866 \"springls.h\"\n",
+    "#line 3921 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17706,7 +17761,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 3965 \"springls.h\"\n",
+    "#line 4020 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17812,7 +17867,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 4072 \"springls.h\"\n",
+    "#line 4127 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -18018,7 +18073,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4279 \"springls.h\"\n",
+    "#line 4334 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -18075,7 +18130,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4337 \"springls.h\"\n",
+    "#line 4392 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -18170,7 +18225,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4433 \"springls.h\"\n",
+    "#line 4488 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -18294,7 +18349,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4558 \"springls.h\"\n",
+    "#line 4613 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -18584,7 +18639,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4849 \"springls.h\"\n",
+    "#line 4904 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18771,7 +18826,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5037 \"springls.h\"\n",
+    "#line 5092 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18900,7 +18955,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5167 \"springls.h\"\n",
+    "#line 5222 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18995,7 +19050,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5263 \"springls.h\"\n",
+    "#line 5318 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -19261,7 +19316,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5530 \"springls.h\"\n",
+    "#line 5585 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -19501,7 +19556,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5771 \"springls.h\"\n",
+    "#line 5826 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19532,7 +19587,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5803 \"springls.h\"\n",
+    "#line 5858 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19748,7 +19803,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6020 \"springls.h\"\n",
+    "#line 6075 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -19859,7 +19914,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6132 \"springls.h\"\n",
+    "#line 6187 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -20002,7 +20057,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6276 \"springls.h\"\n",
+    "#line 6331 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -20080,7 +20135,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 20084 \"springls.h\"\n",
+    "#line 20139 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20498,7 +20553,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.parent[i] = from->parent;\n",
     "    model->set.birth[i] = from->birth;\n",
     "}\n",
-    "#line 20502 \"springls.h\"\n",
+    "#line 20557 \"springls.h\"\n",
     "/* device.cl - what is done in another way on a device than in C (src/), for the same result: with atomics, which C99 has not.\n",
     "   Whatever order they come in, results are the same: minima and sums of integers. */\n",
     "\n",
@@ -20697,7 +20752,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (root >= 0 && r.votes[root] > 0) model->grid.phi[v] = 1.0f;\n",
     "    }\n",
     "}\n",
-    "#line 20701 \"springls.h\"\n",
+    "#line 20756 \"springls.h\"\n",
     "/* kernels.cl - the entry points: the model is made of the arguments, then one element is done. No maths here. */\n",
     "\n",
     "#define SPRINGLS__ARGUMENT(name, type, block, member) __global type *name,\n",
