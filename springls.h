@@ -105,122 +105,159 @@
    rest, each what it uses. `make springls.h` puts them together. */
 
 /* ======== >>manual  (src/interface/manual.h) =================================================================== */
-/* springls.h - Spring Level Sets in one header of C99.
+/* springls.h - Spring Level Sets in one C99 header.
 
    The method: B. C. Lucas, M. Kazhdan, R. H. Taylor, "Spring Level Sets: A Deformable Model Representation to Provide
-   Interoperability between Meshes and Level Sets", IEEE TVCG 19(5), 2013: "the paper" below.
+   Interoperability between Meshes and Level Sets", IEEE TVCG 19(5), 2013. "The paper" below is this one; section, equation
+   and table numbers are its own.
 
    WHAT IT IS
 
    One deformable model in three forms that are kept in agreement:
 
-     springls   a triangle soup; each triangle hangs by three springs on a particle and moves with the flow
+     springls   a triangle soup: each triangle hangs by three springs on a particle, and moves with the flow
      points     each particle p remembers its place a on the original surface
-     phi        a signed distance on a sparse grid, negative inside; its zero level is a watertight surface
+     phi        a signed distance on a sparse voxel grid, negative inside; its zero level is a watertight surface
 
-   Springls carry detail and correspondence; phi says what is inside, where springls are missing and where they are
-   superfluous. Topology changes by itself, or is preserved on request.
+   Springls carry detail and correspondence. phi shows what is inside, where springls are missing and where there are too
+   many. The topology changes by itself, or is preserved on request.
 
-   DO THIS
+   The paper's words:
+
+     springl           a particle, three springs and a triangle: one element of the surface
+     constellation     all springls of a model
+     correspondence    a: the place on the original surface that a particle came from
+     original surface  the model as it was set; its signed distance is phi_ref
+     capsule           all places within d_max of a springl: the zero level there is covered
+     omega             the unsigned distance to the springls
+     narrow band       the voxels near the zero level, where phi is a distance
+
+   QUICK START
 
      #define SPRINGLS_IMPLEMENTATION
      #include "springls.h"
 
-   in exactly one C or C++ file, and include springls.h without the macro everywhere else. Link the C maths library
-   (-lm). Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
-
-   MACROS, defined before the include
-
-     SPRINGLS_IMPLEMENTATION  the function bodies, in one file of the program
-     SPRINGLS_STATIC          every function private to the including file; several files may each have their own copy
-     SPRINGLS_DLL             export the functions from (implementation) or import them from (user) a shared library
-     SPRINGLS_NAMESPACE       =foo: springls_step is foo_springls_step for the linker; two versions fit one program.
-                              Define it alike in every file that includes the header
-     SPRINGLS_ASSERT(c)       internal checks; the default is assert of <assert.h>. Wrong arguments never come here:
-                              they return a status
-     SPRINGLS_NO_SIMD         plain C in the hot loops too. GCC and clang make vectors of 4 floats, of 8 where the target
-                              has AVX2 (-mavx2, -march=native); the results are the same bits
+   in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
+   Compile the implementation with -ffp-contract=off (see DETERMINISM), and with -fopenmp for threads.
 
    STEP BY STEP
 
-     1. Fill a springls_desc: zero all of it, set grid.size. spacing, origin and direction place the voxels in the
-        world. Hooks for memory, threads, log, progress and trace are optional.
+     1. Fill a springls_desc: zero all of it and set grid.size. spacing, origin and direction place the voxels in the world.
+        Hooks for memory, threads, log, progress and trace are optional.
      2. springls_create(&desc, &ctx).
-     3. Give it a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or
-        _set_springls. Each replaces the model and makes it its own reference: a = p.
-     4. Fill a springls_forces: callbacks that answer for a batch of points, or sampled grids. Speeds are voxels a unit
-        of time, points are voxel coordinates.
-     5. Fill a springls_step_desc: forces, mode, dt, max_displacement = 2: then dt may be as long as you like, and is cut
-        into sub-steps of two voxels. With dt = 0 a step is as long as max_displacement (d_max) allows.
+     3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
+        replaces the model and makes it the original surface: a = p.
+     4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
+        voxels a unit of time.
+     5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
+        like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
      7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_closest,
         springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
 
+   MACROS, defined before the include
+
+     SPRINGLS_IMPLEMENTATION  adds the function bodies; in one file of the program
+     SPRINGLS_STATIC          makes every function private to the including file; several files may each have their own copy
+     SPRINGLS_DLL             exports the functions from (implementation) or imports them from (user) a shared library
+     SPRINGLS_NAMESPACE       =foo: springls_step is foo_springls_step for the linker, so that two versions fit one program.
+                              Define it alike in every file that includes the header
+     SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
+                              and never reach it
+     SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
+                              the target has AVX2 (-mavx2, -march=native); the results have the same bits
+
    DATA FLOW
 
      mesh, volume, function --> springls + phi --> step, step, ... --> mesh, springls, distances, correspondences
 
-   SPRINGLS_MODE_FLUID, Algorithm 2. With the paper's set, steps up to about d_max. On every M-th step (resample_period):
+   A step runs stages in a fixed order. "paper" and "default" are the two parameter sets; "Mth" is every M-th step
+   (resample_period), "-" never, "4 x" four times.
 
-       advect  relax  contract  resample  relax  (evolve  rebuild) x evolve_iterations  fill_gaps
+   SPRINGLS_MODE_FLUID, Algorithm 2: for active contours and fluids. Steps of up to d_max with the paper's set, of up to two
+   voxels with the default set (springls_step_desc.max_displacement = 2).
 
-     on the others:
+     stage              paper   default   does
+     advect             every   every     moves springls by the forces
+     relax              every   every     lets each springl seek equilibrium with its neighbours
+     contract           Mth     -         removes, reshapes or merges springls
+     resample           Mth     -         splits large springls
+     relax              Mth     -
+     keep_edges         -       every     turns springls at sharp edges to their own side; only in models that have such edges
+     project            -       every     carries phi along with the springls, and makes it their distance
+     evolve, rebuild    4 x     -         moves phi towards the springls; makes it a distance again
+     (orientation)      Mth     Mth       turns triangles that face against grad phi (section 4.3.1)
+     contract           -       Mth
+     resample           -       Mth
+     fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
+     volume_lock        -       -         with params.volume_lock = 1: every step
 
-       advect  relax  (evolve  rebuild) x evolve_iterations
+   SPRINGLS_MODE_ELASTIC, Algorithm 3: for steps of any size. phi is made anew from the springls, which does not preserve
+   topology.
 
-     With the default set, steps up to two voxels (springls_step_desc.max_displacement = 2). On every M-th step:
-
-       advect  relax  [keep_edges]  project  contract  resample  fill_gaps  [volume_lock]
-
-     on the others:
-
-       advect  relax  [keep_edges]  project  [volume_lock]
-
-     predict = 1 and evolve_iterations = 0: phi is carried along before it is projected: a voxel takes the value of the place that
-     the springls around it have come from. Where none is near and the surface may have passed, the voxels around decide the
-     side. eq. 23 is left out, and with it curvature of eq. 22 (springls_forces.curvature_weight smooths too); with
-     evolve_iterations > 0 it follows. After a way of more than band_half_width + 1 voxels, phi is made afresh
-     (unsigned_to_signed), which does not preserve topology: cut such steps by max_displacement.
-     project_level_set = 1: near springls phi is their oriented distance, to second order; and unsigned_to_signed lets
-     springls say on which side of them a voxel lies, so that clefts, hollows and pockets that the paper's background does not
-     reach stay outside. Springls with the inside before them, left where bodies have met, go; so does a single voxel of the
-     other side, unless topology is PRESERVED or a thin sheet has it.
-     resample_last = 1: contract and resample come when phi has followed, and the second relax is left out.
-     Three switches of the default set keep sheets that are thinner than a voxel, which phi alone loses. keep_thin = 1: contract
-     keeps a springl far from the zero level while the other side of its sheet is behind it, or neighbours are beside it.
-     nucleate = 1: project makes a voxel inside that both sides of a sheet claim; a thread or drop of that size may vanish.
-     fill_from_springls = 1: fill_gaps first adds springls where the neighbours of one leave a wide opening, on the surface that
-     they span; the zero level's triangles follow only where no springl is within 0.75 voxels, at sheets 1.5, not d_max. A wide hole
-     then takes a few calls. Half way through such a sheet the zero level may be islands: the springls are the surface.
-     keep_edges = 1: springls at a crease are turned into their own side of it before phi follows (keep_edges), and project,
-     split and fill ask each side by itself: see SHARP EDGES.
-     On every M-th step, after the last rebuild, triangles that face against grad phi are turned (section 4.3.1).
-
-   SPRINGLS_MODE_ELASTIC, Algorithm 3. Steps of any size; phi is made afresh from the springls:
-
-       advect  unsigned_to_signed  [keep_edges]  (evolve  rebuild) x evolve_iterations  [project]  relax  fill_gaps  contract  resample
-
-   with at least three of (evolve  rebuild) where predict = 1: there is nothing to carry. Topology is not preserved: phi is
-   made afresh.
+     stage                paper   default
+     advect               every   every
+     unsigned_to_signed   every   every     makes phi from the springls alone
+     keep_edges           -       every
+     evolve, rebuild      4 x     3 x       at least 3 x where carry_level_set = 1, since there is nothing to carry
+     project              -       every
+     relax                every   every
+     fill_gaps            every   every
+     contract             every   every
+     resample             every   every
+     volume_lock          -       -
 
    SPRINGLS_MODE_ADVECT_ONLY: advect. phi stays.
 
-   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. fill_gaps ends with track for the
-   springls that it adds. Every stage but project, keep_edges and volume_lock may also be
-   called alone, in any order.
+   one_to_one leaves out contract, resample and fill_gaps: springl i stays springl i. Every stage but project, keep_edges
+   and volume_lock may also be called alone, in any order.
+
+   These switches of the default set change what stages do:
+
+     switch                   stage                what it changes
+     carry_level_set = 1      project              phi moves with the springls: a voxel takes the value of the place that the
+                                                   springls around it came from. Where no springl is near and the surface may
+                                                   have passed, the neighbouring voxels decide the side. A single voxel of the
+                                                   other side is removed, unless topology is PRESERVED or a thin sheet needs
+                                                   it. After a motion of more than band_half_width + 1 voxels phi is made anew
+                                                   by unsigned_to_signed, which does not preserve topology: max_displacement
+                                                   avoids such motions
+     evolve_iterations = 0    evolve, rebuild      left out, and with them the curvature term of eq. 22:
+                                                   springls_forces.curvature_weight smooths too. With a number > 0 they run
+                                                   after phi has been carried
+     project_level_set = 1    project              phi near springls is their oriented distance, to second order
+                              unsigned_to_signed   near springls, they decide the side of a voxel: clefts, hollows and pockets
+                                                   that the paper's background cannot reach stay outside
+                              contract             removes springls with the inside in front of them, which are left where
+                                                   bodies have met
+     resample_last = 1        contract, resample   run after phi has followed the springls; the second relax is left out
+     keep_thin = 1            contract             keeps a springl far from the zero level while the other side of its sheet is
+                                                   behind it, or neighbours are beside it
+     nucleate = 1             project              makes a voxel inside when both sides of a thin sheet claim it; filaments and
+                                                   drops of that size may vanish
+     fill_from_springls = 1   fill_gaps            first adds springls where the neighbours of one leave a wide gap, on the
+                                                   surface that they span; a wide hole takes a few calls. Then adds the zero
+                                                   level's triangles, but only where no springl is within 0.75 voxel, or 1.5
+                                                   voxels at thin sheets (without the switch: d_max)
+     keep_edges = 1           keep_edges           runs, where the model has sharp edges: see SHARP EDGES
+                              project, resample    average each side of an edge by itself
+                              fill_gaps            the same
+
+   keep_thin, nucleate and fill_from_springls keep sheets that are thinner than a voxel, which phi alone loses. Within such
+   a sheet the zero level may be islands: there the springls are the surface.
 
    PARAMETERS
 
-   springls_paper_params() has the paper's rules, springls_default_params() what we recommend. Lengths are voxels. Where
-   the columns differ, each member is a switch of its own, so the effect of one change can be measured.
+   springls_paper_params() has the paper's rules, springls_default_params() what we recommend. Lengths are in voxels. Where
+   the columns differ, each member is a switch of its own, so that the effect of one change can be measured.
 
      symbol     member               meaning                                             default   paper     unit
-     d_max      d_max                capsule radius: nearer than it is covered           0.5       0.5       voxel
+     d_max      d_max                capsule radius: a place nearer than it is covered   0.5       0.5       voxel
      r          particle_radius      springs rest at 2r                                  0.05      0.05      voxel
      R          neighbor_radius      range of neighbours, d_max + 2r                     0.6       0.6       voxel
                 max_neighbors        nearest edges kept a vertex, 1..8                   8         8
-                relax_iterations     iterations of Algorithm 1                           1         5 (p)
+                relax_iterations     iterations of Algorithm 1                           1         5
      H          threshold            Fig. 8a                                             TANH      TANH
      W          weight               Fig. 8b                                             LINEAR    LINEAR
      gamma      torque               NORMALIZED eq. 20, PHYSICAL eq. 19                  NORM.     NORM.
@@ -229,33 +266,33 @@
      kappa_ext  kappa_ext            external spring constant, eq. 5                     1         1
      xi         relax_step_length    eq. 17                                              0.2       0.1
      rho        relax_step_rotation  eq. 18                                              0.2       0.1
-                relax_same_side      1: neighbours that face the other way do not pull   0         0
+                relax_same_side      1: neighbours that face the opposite way do not pull 0        0
      (1+eps)    contract_distance    remove beyond this |phi(p)|, (1 + 0.25) d_max       0.625     0.625     voxel
                 min_angle            smaller angles are bad                              20        20        degree
                 max_angle            larger angles are bad                               160       160       degree
                 min_area             smaller triangles are bad                           0.05      0         voxel^2
                 reshape              1: a bad triangle is given a good shape; 0: removed 1         0
-                merge_distance       the younger of two nearer particles goes; 0: never  0.6       0         voxel
-                keep_thin            1: far springls of a thin sheet stay                1         0
+                merge_distance       of two nearer particles the younger goes; 0: never  0.6       0         voxel
+                keep_thin            1: springls of a thin sheet stay                    1         0
      M          resample_period      steps from one resampling to the next               5         5
-                resample_last        see DATA FLOW                                       1         0
+                resample_last        1: resampling comes after phi has followed          1         0
                 split_edge           split when the longest edge exceeds it              2         never (d) voxel
                 split_area           or the area exceeds it                              4         3 (p)     voxel^2
                 placement            of new springls: COPY, QUADRATIC                    QUADR.    COPY
                 band_half_width      phi is a distance within it                         3         3 (p)     voxel
-                capture              omega is clamped here, eq. 21                       2         2 (d)     voxel
+                capture_range        omega is clamped here, eq. 21                       2         2 (d)     voxel
                 evolve_iterations    (evolve, rebuild) pairs a step                      0         4
      delta t    evolve_step          eq. 23                                              0.75      0.75 (p)
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths                         0         0
-                predict              1: springls carry phi along                         1         0
+                carry_level_set      1: springls carry phi along                         1         0
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
                 keep_edges           1: sides of a sharp edge are not averaged           1         0
                 topology             FREE, PRESERVED                                     FREE      FREE
                 nearest_rule         nearest instead of average correspondence beyond it never     never (d) voxel
-                track_iterations     projections on the original surface, eq. 26         4         4
+                track_iterations     steps of eq. 26 towards the original surface        4         4
      lambda     track_step           of eq. 26                                           0.5       0.5
                 vertex_velocity      1: every vertex has its own velocity, unlike eq. 2  1         0
                 half_time_sampling   1: RK4 samples half a step, as the author's program 0         0
@@ -267,134 +304,152 @@
 
    SHARP EDGES
 
-   Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1; not by
-   springls_set_springls, and not when the switch is turned on later. With keep_edges = 1 such an edge stays an edge, where
-   springls about it fall into sides: groups of normals 50 degrees or more apart, each a patch and not a strip, with next to nothing between them. Rims of thin sheets and rounded edges of a radius
-   of a voxel or more are smooth surfaces, and are treated as without the switch. At an edge phi is the larger (convex) or
-   smaller (concave) of the heights over the sides: beyond a convex edge that is less than the distance, by up to 29 % at a
-   right angle. Marching cubes cuts edges off between voxels all the same: the extracted mesh is as sharp as the distance of
-   the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts springls that lie at edges.
+   With keep_edges = 1 a sharp edge of the model that was set stays sharp. An edge is where the springls around a place fall
+   into sides: groups whose normals are 50 degrees or more apart, each a patch and not a strip, with almost no springl
+   between them. Rims of thin sheets, and rounded edges with a radius of a voxel or more, are smooth surfaces.
+
+   Edges are looked for when a model is set: by springls_set_mesh, and from level sets with project_initial = 1. They are
+   not looked for by springls_set_springls, nor when the switch is turned on later.
+
+   At an edge phi is the larger (convex) or smaller (concave) of the heights above the sides. Beyond a convex edge that is
+   less than the distance, by up to 29 % at a right angle. Marching cubes still cuts edges off between voxels: the extracted
+   mesh is as sharp as the distance of the exact shape, sampled at voxels, would make it. springls_stats.at_edges counts the
+   springls at edges.
 
    ATTRIBUTES
 
-   springls_add_attribute gives every springl some floats under a name; they follow through splits, fills and merges by the policies
-   of its springls_attribute_desc: COPY for labels, BLEND for what is continuous, SHARE for amounts. For colours, weights and the
-   like take BLEND, BLEND and, for merge, COPY: of two springls that merge the elder keeps place and correspondence, and so what
-   belongs to them. Blending means values with weights that are not negative and add up to 1, so a range is kept, and sums of
-   channels (bone weights) stay 1; of what curves over the original it takes a little off at each interpolation. What is known on
-   the mesh that was set need not be carried: springls_mesh_materials says where on it the vertices of an extracted mesh lie,
-   springls_corner_materials the same for corners, on one side of every seam of texture coordinates, and springls_interpolate_material takes the
-   values from there, which no number of steps wears off. springls_get_provenance says of each springl whether it is original,
-   split or filled, and how old. Attributes cost nothing when there are none, and change nothing about the model. With a backend
-   they live on the host, which at each resampling reads what it needs of the springls.
-   springls_combine, _combine_implicit, _offset, _smooth and _remesh keep attributes as they keep springls.
+   springls_add_attribute gives every springl some floats under a name. They follow through splits, fills and merges by the
+   policies of its springls_attribute_desc: COPY for labels, BLEND for continuous values, SHARE for amounts. For colours,
+   weights and the like take BLEND for split, BLEND for fill and COPY for merge: of two springls that merge the elder keeps
+   place and correspondence, and so what belongs to them.
+
+   Blending uses weights that are not negative and add up to 1. So values stay in their range, and channels that sum to 1
+   (bone weights) still do; of a function that curves over the original surface each interpolation loses a little.
+
+   A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
+   an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
+   coordinates; springls_interpolate_material takes the values from there. No number of steps wears them off.
+
+   springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
+   nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
+   it needs of the springls at each resampling. springls_combine, _combine_implicit, _offset, _smooth and _remesh keep
+   attributes as they keep springls.
 
    VOLUME LOCK
 
-   With volume_lock = 1 every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC ends with each component's volume (of its marching
-   cubes surface, as springls_measure tells it, to about 1 part in 10^6) being what it was before the first step with the switch on: its
-   springls and phi are moved along their normals by one small distance a component. When components merge their volumes add up; when
-   one splits the parts share its volume as they divide it. A component that appears from nothing keeps the volume it appears
-   with; parts of less than 10 voxels count as
-   belonging to the largest. It holds the volume against forces too, so it is not for contours that are to grow. It is cosmetic: it hides a loss
-   of volume and improves nothing else, and it is off in every figure we report. springls_stats.volume_correction is what it
-   had to do. It needs 8 bytes more a voxel of active bricks and 4 a brick of the grid.
+   With volume_lock = 1 each component of the model keeps the volume that it had before the first step with the switch on.
+   At the end of every step of SPRINGLS_MODE_FLUID and SPRINGLS_MODE_ELASTIC the springls and phi of a component move along
+   their normals by one small distance; its volume (of its marching cubes surface, as springls_measure computes it) is then
+   right to about 1 part in 10^6.
+
+     - When components merge, their volumes add up; when one splits, its parts share its volume in proportion to their own.
+     - A component that appears from nothing keeps the volume that it appears with.
+     - Parts of less than 10 voxels count as belonging to the largest component.
+     - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
+     - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
+     - springls_stats.volume_correction is the distance that it needed.
+     - It takes 8 bytes a voxel of active bricks and 4 bytes a brick of the grid.
 
    MEMORY
 
-   All memory comes from desc.allocator, or malloc; the library calls it only from the thread that called the library.
-   phi and omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of
-   the surface; a top table has one int a brick. springls_memory_used tells the bytes held. Buffers grow and are reused;
-   springls_reset keeps them, springls_destroy returns them. Views (springls_view_*, springls_ids) belong to the context
-   until the next call that changes the model. A springls_mesh belongs to the caller: springls_mesh_free. Arrays handed
-   in are borrowed during the call.
+   All memory comes from desc.allocator, or malloc, and is asked for only on the thread that called the library. phi and
+   omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
+   a top table has one int a brick of the grid. springls_memory_used returns the bytes held. Buffers grow and are reused;
+   springls_reset keeps them, springls_destroy returns them.
+
+   Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
+   belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
 
    THREADS
 
-   A context belongs to one thread at a time; different contexts are independent; there is no global state. Inside a
-   call, work is cut into ranges that go to desc.tasks.parallel_for, to OpenMP when compiled with it, or run in the
-   calling thread. Force callbacks then run on several threads at once, with different ranges: they must not write to
-   shared state. GCC's OpenMP threads wait in a busy loop, which costs ten times the work where the machine has something
-   else to do: set OMP_WAIT_POLICY=passive in the environment.
+   One thread uses a context at a time; different contexts are independent; there is no global state. Inside a call, work is
+   divided into ranges that go to desc.tasks.parallel_for, or to OpenMP when compiled with it, or run in the calling thread.
+   Force callbacks run on several threads at once, with different batches: they must not write to shared state. GCC's OpenMP
+   threads wait in a busy loop, which can cost ten times the work where other programs run: set OMP_WAIT_POLICY=passive in
+   the environment.
 
    FRAMES
 
-   springls_step_begin and springls_step_continue are springls_step in pieces, for a budget of time a frame: the same bits
-   however it is cut. A stage is left between its parts, and inside the loops that are its work:
+   springls_step_begin and springls_step_continue run a step in pieces, for a budget of time a frame, with the same bits
+   however it is divided. A stage consists of phases. A step can be left between two phases, and inside the loop that a
+   phase ends with:
 
-     advect               the forces' batches
-     relax                finding neighbours, every iteration
-     contract             choosing, every round of merging
-     project              the projection, removal of specks, every sweep that re-distances
-     fill_gaps            looking for holes, looking for bare triangles
-     evolve, rebuild      omega, eq. 23, every sweep
-     unsigned_to_signed   omega, sides; the growth of the background is a part for each size of block
+     advect               over batches of the forces
+     relax                over springls: finding neighbours; every iteration
+     contract             over springls: choosing; every round of merging
+     project              over bricks: the projection; removal of specks; every sweep that re-distances
+     fill_gaps            over springls and bricks: finding holes; finding bare triangles
+     evolve, rebuild      over bricks: omega; eq. 23; every sweep
+     unsigned_to_signed   over bricks: omega; sides. The growth of the background is one phase for each size of block
 
-   What else a part does is not cut, and a call may take that much longer than it was allowed: springls are sorted into cells,
-   bricks are added and dropped, springls removed or split, attributes follow; where topology is preserved, phi is committed;
-   resample, keep_edges and volume_lock are one part each. On a device parts are asked for and the host goes on; a call waits
-   where a part wants a number back. springls_chunks: the zero level in bricks, and which have changed. springls_snapshot,
-   springls_restore: back, and on again to the bit.
+   What a phase does before its loop is not divided, and a call may take that much longer than its budget: springls are
+   sorted into cells, bricks are added and dropped, springls are removed or split, attributes follow, preserved topology is
+   checked. resample, keep_edges and volume_lock are one phase each. On a device, phases are enqueued and the host
+   continues; a call waits where a phase needs a number from the device.
+
+   springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
+   earlier model and continue from it with the same bits.
 
    ERRORS
 
-   Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) tells
-   what and where. Nothing aborts, nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
-   be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were.
-   When max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
+   Calls that can fail return a springls_status: 0 is success, failures are negative. springls_last_error(ctx) returns what
+   failed and where. Nothing aborts and nothing is printed; log lines go to desc.logger. After OUT_OF_MEMORY the context can
+   be used, but its model may be incomplete: set it again. NON_FINITE from a force leaves the springls as they were. When
+   max_springls is reached, splits and fills are refused and counted in springls_stats.refused: that is no error.
 
    DETERMINISM
 
-   The same input gives the same bits for every number of threads, every cut into ranges and every optimisation level,
+   The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
    provided the compiler does not fuse a*b+c. Clang obeys a pragma in this header; GCC needs -ffp-contract=off. Flags that
-   permit the compiler to change arithmetic (-ffast-math) lose the promise. springls_fp_contract_detected() tells
-   whether a build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are
-   the library's own. Force callbacks must be deterministic too.
+   let the compiler change arithmetic (-ffast-math) break the promise. springls_fp_contract_detected() reports whether a
+   build fuses; springls_state_hash() compares states. Transcendental functions that the state depends on are the library's
+   own. Force callbacks must be deterministic too.
 
    LIMITS
 
-     - The grid is 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
-     - Sheets thinner than about a voxel have no watertight zero level, though their springls carry them on (default set: see
-       DATA FLOW). Threads of that size break.
-     - At most 8 neighbour edges a vertex (section 4.8 of the paper).
-     - float32 in voxel units throughout.
-     - OpenCL is a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for hosts of your own.
+     - The grid has 4 to 4096 voxels a side and does not move. The model is closed at the border of the grid.
+     - Sheets thinner than about a voxel have no watertight zero level, though the default set keeps their springls (see
+       DATA FLOW). Filaments of that thickness break.
+     - A vertex has at most 8 neighbour edges (section 4.8).
+     - Everything inside is float32, in voxel units.
+     - OpenCL has a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for other hosts.
 
    DEVIATIONS of springls_paper_params() from the paper
 
-     - omega is clamped at 2 voxels (capture), not at d_max (eq. 21): with d_max phi feels no force where it has fallen
-       half a voxel behind and never catches up.
-     - Springls are split when their area exceeds 3 voxel^2, as Table 2 says and the author's program does; section 4.6
-       prints a longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
-     - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program, moved so
-       that they straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
+     - omega is clamped at 2 voxels (capture_range), not at d_max (eq. 21): with d_max phi feels no force where it has
+       fallen half a voxel behind, and never catches up.
+     - Springls are split when their area exceeds 3 voxel^2, as Table 2 and the author's program do; section 4.6 prints a
+       longest edge of 1.5 voxels, which makes five times as many springls as the paper counts.
+     - Initial springls of a level set come from marching cubes on every second voxel, as in the author's program. They are
+       moved to straddle the zero level: chords that all lie inside it would cost half a percent of the volume.
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
        takes the nearest one when it is more than 2 voxels from the average; that nearly doubles the tracking error of
        LeVeque's test (nearest_rule = 2).
-     - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points
-       on those edges are taken afresh in every iteration.
-     - contract judges a particle by phi taken before the step's advect, when phi and springls were in step. After a
-       step as long as d_max a good springl is further than contract_distance from the old zero level. Called alone,
-       springls_contract takes phi as it is.
-     - The compact delta of eq. 23 has half-width 1.5 voxels, and the data term is -grad(omega^2)/2, smooth at the surface.
+     - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points on
+       those edges are found again in every iteration.
+     - contract judges a particle by phi as it was before the step's advect, when phi and springls agreed. After a step as
+       long as d_max a good springl is further than contract_distance from the old zero level. springls_contract, called
+       alone, takes phi as it is.
+     - The compact delta of eq. 23 has the half-width 1.5 voxels, and the data term is -grad(omega^2)/2, which is smooth at
+       the surface.
      - Runge-Kutta stages sample the time of their stage. The author's program spans half a step: half_time_sampling.
-     - Signs. In eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract, and positive curvature
+     - Signs: in eq. 23 as printed springls repel phi and curvature sharpens. Here springls attract and positive curvature
        smooths, as gradient descent on eq. 22 does. The term omega^2/2 times curvature is dropped.
-     - rebuild re-distances with sub-voxel care at the interface instead of counting layers of voxels.
+     - rebuild finds distances with sub-voxel accuracy at the interface, instead of counting layers of voxels.
 
-   MAP from the paper to functions
+   MAP from the paper to functions and files
 
      eq. 1, 2           springls_advect, springls_forces
-     eq. 3-20, Alg. 1   springls_relax (kernels_embed/relax.h)
-     eq. 21             omega, inside springls_evolve (src/omega.h)
+     eq. 3-20, Alg. 1   springls_relax (kernels_embed/stages/relax.h)
+     eq. 21             omega, inside springls_evolve (kernels_embed/stages/unsigned_distance.h)
      eq. 22, 23         springls_evolve
      eq. 24, 25         springls_step_desc.stop_at_topology
      eq. 26             springls_track
      eq. 27             springls_pack_matrix
      section 2.3.2      springls_extract_surfels
      section 4.1        springls_set_mesh and the other inputs
-     section 4.3.1      springls_step: turns flipped triangles (src/relax.h)
-     section 4.4        springls_fill_gaps (src/fill_gaps.h; src/fill_from_springls.h is not the paper's)
+     section 4.3.1      springls_step turns flipped triangles (src/stages/relax.h)
+     section 4.4        springls_fill_gaps (src/stages/fill_gaps.h; fill_from_springls.h beside it is not the paper's)
      section 4.5        springls_unsigned_to_signed, params.topology
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
@@ -419,8 +474,8 @@
 #define SPRINGLS_VERSION_PATCH 0
 #define SPRINGLS_VERSION (SPRINGLS_VERSION_MAJOR * 10000 + SPRINGLS_VERSION_MINOR * 100 + SPRINGLS_VERSION_PATCH)
 
-/* Linkage. SPRINGLS_STATIC: everything private to this file. SPRINGLS_DLL: exported from (implementation) or imported
-   into (user) a shared library. SPRINGLS_NAMESPACE=foo: every public function is called foo_springls_... at link time. */
+/* Chooses the linkage of every public function: the manual's chapter MACROS lists SPRINGLS_STATIC, SPRINGLS_DLL and
+   SPRINGLS_NAMESPACE. */
 #ifndef SPRINGLS_API
 #if defined(SPRINGLS_STATIC)
 #if defined(__GNUC__)
@@ -527,7 +582,7 @@
   #define springls_corner_materials SPRINGLS__NAME(springls_corner_materials)
   #define springls_find_seams SPRINGLS__NAME(springls_find_seams)
   #define springls_interpolate_material SPRINGLS__NAME(springls_interpolate_material)
-  #define springls_material_count SPRINGLS__NAME(springls_material_count)
+  #define springls_material_triangle_count SPRINGLS__NAME(springls_material_triangle_count)
   #define springls_combine SPRINGLS__NAME(springls_combine)
   #define springls_combine_implicit SPRINGLS__NAME(springls_combine_implicit)
   #define springls_offset SPRINGLS__NAME(springls_offset)
@@ -545,65 +600,86 @@
 extern "C" {
 #endif
 
-/* ---- >>status:api --------------------------------------------------------------------------------------------- */
+/* These rules hold for every declaration below; the comments name only what differs.
 
-/* Every call that can fail returns one of these: zero is success, all failures are negative.
-   springls_last_error() has the sentence that belongs to the last failure of a context. */
+   - A point or vector is 3 floats, x first. `count` counts points, springls or triangles, not floats.
+   - World coordinates are those of the caller. Voxel coordinates are those of the grid: voxel (i,j,k) has its centre at
+     (i,j,k).
+   - Dense volumes hold one value a voxel, x fastest: size[0] * size[1] * size[2] values.
+   - Arrays that are passed in belong to the caller and are used during the call only. NULL is allowed where the count is 0.
+   - Pointers into the context belong to it, and stay valid until the next call that changes the model.
+   - With ctx = NULL a function returns INVALID_ARGUMENT, 0 or NULL, or does nothing.
+   - Every function that returns a springls_status may return INVALID_ARGUMENT (a NULL that is not allowed, a number out of
+     range: the model stays as it was), OUT_OF_MEMORY and, with a backend, DEVICE_FAILED. Comments list the other failures.
+   - Equations, sections and tables are those of the paper. */
+
+/* ---- >>status:api ------------------------------------------------------------------------------------------------- */
+
+/* Reports how a call ended: zero is success, every failure is negative. springls_last_error() has the sentence. */
 typedef enum springls_status {
     SPRINGLS_OK = 0,
-    SPRINGLS_INVALID_ARGUMENT = -1, /* NULL, a size out of range, parameters that were not made by a *_params() call    */
-    SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete */
-    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or none in the grid             */
-    SPRINGLS_NON_FINITE = -4,       /* NaN or infinity in the input, or returned by a force callback                   */
-    SPRINGLS_EMPTY_MODEL = -5,      /* no springls, or an input without a surface in the grid                          */
-    SPRINGLS_DEVICE_FAILED = -7,           /* the backend's device failed: the context goes on without it. A step or stage has been
-                                       ended by scalar code; ask again for a mesh, an answer, or an input. last_error says if
-                                       the model could not be brought back: then it is empty                             */
-    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: model as after the last step; inputs: empty */
-    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid; the model is as it was            */
+    SPRINGLS_INVALID_ARGUMENT = -1, /* a NULL, a size or number out of range, parameters not made by a *_params() call   */
+    SPRINGLS_OUT_OF_MEMORY = -2,    /* the allocator returned NULL; the context is usable, its model may be incomplete   */
+    SPRINGLS_BAD_MESH = -3,         /* an index out of range, no triangle with an area, or no triangle in the grid       */
+    SPRINGLS_NON_FINITE = -4,       /* a NaN or infinity in the input, or from a force callback                          */
+    SPRINGLS_EMPTY_MODEL = -5,      /* there are no springls, or the input has no surface in the grid                    */
+    SPRINGLS_CANCELLED = -6,        /* the progress callback asked to stop: after a step the model is whole, after an
+                                       input it is empty                                                                 */
+    SPRINGLS_DEVICE_FAILED = -7,    /* the backend's device failed, and the context continues without it. A stage or step
+                                       has been completed by scalar code; a mesh, a query or an input has to be asked for
+                                       again. When the model could not be read back it is empty: springls_last_error()
+                                       reports that                                                                      */
+    SPRINGLS_BAD_SNAPSHOT = -8      /* springls_restore: damaged, or of another grid or version; the model is unchanged  */
 } springls_status;
 
-/* A constant English phrase for any status; never NULL. */
+/* Returns a constant English phrase for any status, never NULL. */
 SPRINGLS_API const char *springls_status_string(springls_status status);
 
-/* SPRINGLS_VERSION of the implementation, and the same as "major.minor.patch". */
+/* Returns the SPRINGLS_VERSION that the implementation was compiled with. */
 SPRINGLS_API int springls_version(void);
+
+/* Returns the same version as "major.minor.patch". */
 SPRINGLS_API const char *springls_version_string(void);
 
-/* ---- >>host:api: what the caller may supply. Zero-initialised members mean the default ------------------------ */
+/* ---- >>host:api: what the caller may supply; zero-initialised members mean the default ---------------------------- */
 
-/* Memory. alloc returns at least `size` bytes aligned to 64, or NULL; free gets the same size back.
-   Both NULL: malloc. Only called from the thread that calls the library. */
+/* Supplies memory. alloc returns at least `size` bytes aligned to 64, or NULL; free receives the same size. Both NULL:
+   malloc and free. They are called only from the thread that calls the library. */
 typedef struct springls_allocator {
     void *(*alloc)(size_t size, void *user);
     void (*free)(void *memory, size_t size, void *user);
     void *user;
 } springls_allocator;
 
-/* Threads. parallel_for must run task(arg, begin, end) over disjoint ranges covering [0, count), in any order, on any
-   threads, and return when all are done. `grain` is the smallest range worth a task. NULL: OpenMP when compiled with
-   it, else the calling thread. Results do not depend on how the ranges are cut. */
+/* Does the work of the elements begin <= i < end. */
 typedef void (*springls_task)(void *arg, int begin, int end);
+
+/* Supplies threads. parallel_for runs task(arg, begin, end) over disjoint ranges that cover [0, count), in any order, on
+   any threads, and returns when all are done; a range of fewer than `grain` elements is not worth a task. NULL: OpenMP when
+   compiled with it, else the calling thread. Results do not depend on the ranges. */
 typedef struct springls_tasks {
     void (*parallel_for)(void *user, int count, int grain, springls_task task, void *arg);
     void *user;
 } springls_tasks;
 
-/* Log. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: silence. */
+/* Receives log lines. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: no
+   log. */
 typedef struct springls_logger {
     void (*log)(void *user, int level, const char *message);
     void *user;
 } springls_logger;
 
-/* Called after every step of springls_run, and during springls_set_mesh and _set_implicit. fraction is in [0,1]. Return
-   non-zero to cancel. */
+/* Receives the progress of long calls, fraction in [0,1]: after every step of springls_run, and while a mesh or an implicit
+   function is sampled (springls_set_mesh, _set_implicit, _combine_implicit, _offset). report returns non-zero to cancel the
+   call. */
 typedef struct springls_progress {
     int (*report)(void *user, float fraction);
     void *user;
 } springls_progress;
 
-/* Called before (begin = 1) and after (begin = 0) every stage; seconds is the stage's time, 0 at its begin.
-   now: a clock in seconds; NULL: OpenMP's wall clock when compiled with it, else C's processor time. */
+/* Traces stages. `stage` is called before (begin = 1, seconds = 0) and after (begin = 0, seconds = the time taken) every
+   stage; its number is a springls_stage. `now` returns a time in seconds; NULL: OpenMP's wall clock when compiled with it,
+   else the C library's clock(), which counts the processor time of all threads. */
 typedef struct springls_trace {
     void (*stage)(void *user, int stage, int begin, double seconds);
     double (*now)(void *user);
@@ -614,601 +690,747 @@ typedef struct springls_trace {
 
 
 /* ======== >>parameters:kernel  (kernels_embed/interface/parameters.h) ========================================== */
-/* params.h - the parameters, which hosts and kernels share. */
+/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */
 
-typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */
-typedef enum springls_weight { SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_ATANH, SPRINGLS_WEIGHT_SPLINE_FAR,           /* paper, Fig. 8b: */
-                               SPRINGLS_WEIGHT_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */
-typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */
-typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */
+/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */
+typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;
 
-/* Where a split or filled springl gets its place and its correspondence. */
+/* Names the function W of Fig. 8b, which turns a neighbour's distance into a force (eq. 12): W_a, W_b, W_c, W_d in this order. */
+typedef enum springls_weight {
+    SPRINGLS_WEIGHT_LINEAR,
+    SPRINGLS_WEIGHT_ATANH,
+    SPRINGLS_WEIGHT_SPLINE_FAR,
+    SPRINGLS_WEIGHT_SPLINE_NEAR
+} springls_weight;
+
+/* Names the formula of the torque on a springl: eq. 20 or eq. 19. */
+typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque;
+
+/* Names what the level set may do: change its topology, or keep it (section 4.5). */
+typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;
+
+/* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
-    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */
-    SPRINGLS_PLACEMENT_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */
+    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
+    SPRINGLS_PLACEMENT_QUADRATIC /* both come from a quadratic moving-least-squares fit to the neighbouring particles        */
 } springls_placement;
 
-/* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;
-   a zeroed structure is refused because zero is a meaningful value of many members. */
+/* Holds the parameters of a model; lengths are in voxels, areas in voxel^2. Get a set from springls_default_params() or
+   springls_paper_params() and change members: a zeroed structure is refused, because 0 is a legal value of many members.
+   The manual's chapter PARAMETERS lists both sets and the symbols of the paper; a member out of range is refused by name. */
 typedef struct springls_params {
-    unsigned cookie;  /* set by the two functions, checked by springls_create */
+    unsigned cookie;  /* set by the two functions, checked by springls_create and springls_set_params            */
 
     /* Table 1 */
-    float d_max;             /* springl capsule radius                                                          */
-    float particle_radius;   /* r: particle and vertex radius; springs rest at length 2r                        */
-    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                         */
-    int max_neighbors;       /* nearest edges kept a vertex, 1..8 (section 4.8)                                 */
+    float d_max;             /* radius of a springl's capsule: what is nearer to the springl is covered by it        */
+    float particle_radius;   /* r: springs rest at the length 2r                                                   */
+    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                            */
+    int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */
 
     /* relax: section 4.3, Algorithm 1 */
     int relax_iterations;
     springls_threshold threshold;
     springls_weight weight;
     springls_torque torque;
-    float sharpness;         /* lambda_c of H(lambda_c x)                                                       */
-    float kappa_int;         /* internal spring constant (eq. 4)                                                */
-    float kappa_ext;         /* external spring constant (eq. 5)                                                */
-    float relax_step_length;   /* xi  (eq. 10, 17)                                                              */
-    float relax_step_rotation; /* rho (eq. 11, 18)                                                              */
-    int relax_same_side;     /* 1: ignore neighbours facing the other way; 0: the paper                         */
+    float sharpness;         /* lambda_c of H(lambda_c x)                                                          */
+    float kappa_int;         /* internal spring constant (eq. 4)                                                   */
+    float kappa_ext;         /* external spring constant (eq. 5)                                                   */
+    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */
+    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */
+    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */
 
     /* contract: section 4.6 */
-    float contract_distance; /* remove when |phi(p)| exceeds it: (1 + eps) d_max                                */
-    float min_angle, max_angle; /* degrees; triangles outside are bad                                           */
-    float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */
-    int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */
-    float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */
-    int keep_thin;           /* 1: keep far springls of a sheet too thin for phi; 0: the paper, remove them     */
+    float contract_distance; /* (1 + eps) d_max: a springl is removed where |phi(p)| exceeds it                    */
+    float min_angle, max_angle; /* degrees: a triangle with an angle outside is bad                                */
+    float min_area;          /* voxel^2: a smaller triangle is bad; 0: no limit, as in the paper                   */
+    int reshape;             /* 1: a bad triangle becomes equilateral about its particle; 0: it is removed         */
+    float merge_distance;    /* of two particles of one side that are nearer, the younger is removed; 0: never     */
+    int keep_thin;           /* 1: springls of a sheet too thin for phi stay; 0: they are removed, as in the paper */
 
     /* resample: section 4.6 */
-    int resample_period;     /* M of Algorithm 2                                                                */
-    int resample_last;       /* 1: contract and resample when the level set has followed; 0: before (Algorithm 2) */
-    float split_edge;        /* split at the longest edge when it is longer (section 4.6)                       */
-    float split_area;        /* voxel^2; or when the area is larger (Table 2)                                   */
-    springls_placement placement; /* of split and filled springls                                               */
+    int resample_period;     /* M of Algorithm 2: steps from one resampling to the next                            */
+    int resample_last;       /* 1: contract and resample after the level set has followed; 0: before (Algorithm 2) */
+    float split_edge;        /* a triangle is split when its longest edge is longer (section 4.6)                  */
+    float split_area;        /* voxel^2: or when its area is larger (Table 2)                                      */
+    springls_placement placement; /* of split and filled springls                                                  */
 
     /* level set: sections 4.4, 4.5 */
-    float band_half_width;   /* phi is a distance within it, clamped a voxel beyond                             */
-    float capture;           /* omega is clamped here (eq. 21; the paper: d_max)                                */
-    int evolve_iterations;   /* Evolve and Rebuild pairs a step (Algorithm 2: 4)                                */
-    float evolve_step;       /* delta t of eq. 23                                                               */
-    float evolve_width;      /* half-width of the compact delta of eq. 23                                       */
-    float curvature;         /* lambda of eq. 22                                                                */
-    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)       */
-    int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */
-    int nucleate;            /* 1: a voxel between the two sides of a thin sheet is inside, where the level set is
-                                projected; 0: phi alone says so                                                 */
-    int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */
-    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */
+    float band_half_width;   /* phi is a distance within it, and clamped one voxel beyond                          */
+    float capture_range;     /* the unsigned distance omega is clamped here (eq. 21; the paper: d_max)             */
+    int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */
+    float evolve_step;       /* delta t of eq. 23                                                                  */
+    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
+    float curvature;         /* lambda of eq. 22: positive smooths                                                 */
+    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
+    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
+    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
+    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */
+    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */
     springls_topology topology;
 
     /* track: section 4.7 */
-    float nearest_rule;      /* take the nearest correspondence when it is further than this from the average   */
-    int track_iterations;    /* projections on the original surface (eq. 26)                                    */
-    float track_step;        /* lambda of eq. 26                                                                */
+    float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are
+                                further apart than this                                                            */
+    int track_iterations;    /* steps of eq. 26 towards the original surface                                       */
+    float track_step;        /* lambda of eq. 26                                                                   */
 
     /* advect: section 4.2 */
-    int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the
-                                springl as a whole; 0: all with the particle's (eq. 2)                           */
-    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */
+    int vertex_velocity;     /* 1: every vertex moves with the velocity at its own place, while pressure and curvature
+                                move the springl as a whole; 0: all move with the particle's (eq. 2)               */
+    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does                 */
 
     /* after a step */
-    int volume_lock;         /* 1: every component keeps its volume by an offset of its surface; 0: the paper   */
+    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
 
-    /* initial springls from a level set or shape */
-    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */
-    int project_initial;     /* 1: move particles and vertices onto the zero level                              */
+    /* initial springls of a level set or shape */
+    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */
+    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */
 } springls_params;
 /* -------- back in src/interface/api.h -------- */
 
-/* What we recommend: accurate tracking, topology change and speed at once. */
+/* Returns the recommended parameters: accurate tracking, free topology and long steps. */
 SPRINGLS_API springls_params springls_default_params(void);
 
-/* The paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs. */
+/* Returns the paper's rules and constants (eq. 1-26, Table 1). The manual's chapter DEVIATIONS lists what differs from the
+   print. */
 SPRINGLS_API springls_params springls_paper_params(void);
 
 /* ---- >>life_cycle:api ----------------------------------------------------------------------------------------- */
 
+/* Holds one model, its memory and its parameters. */
 typedef struct springls_context springls_context;
 
-/* The voxel grid in the world. Voxel (i,j,k) has its centre at world = origin + direction * (spacing .* (i,j,k)).
-   The model ends half a voxel beyond the outermost centres. */
+/* Places the voxel grid in the world: voxel (i,j,k) has its centre at origin + direction * (spacing .* (i,j,k)). The domain
+   ends half a voxel beyond the outermost centres. */
 typedef struct springls_grid_desc {
-    int size[3];         /* voxels, 4..4096 a side                                                              */
-    double spacing[3];   /* world units a voxel; all zero: 1                                                    */
-    double origin[3];    /* world position of voxel (0,0,0)                                                     */
-    double direction[9]; /* row-major, columns are the axes' unit vectors; all zero: identity                   */
+    int size[3];         /* voxels, 4..4096 a side                                                                  */
+    double spacing[3];   /* world units a voxel; all zero: 1                                                        */
+    double origin[3];    /* world position of voxel (0,0,0)                                                         */
+    double direction[9]; /* row-major, its columns are the unit vectors of the grid's axes; all zero: identity      */
 } springls_grid_desc;
 
-/* Where the stages run, made by springls_cl_create of springls_cl.h. One may serve several contexts of one thread, and must
-   outlive them. */
+/* Runs stages on a device; made by springls_cl_create of springls_cl.h. One backend may serve several contexts of one
+   thread, and must be destroyed after them. */
 typedef struct springls_backend springls_backend;
 
+/* Describes a context to be created. Zero all of it and set grid.size; every other member may stay zero. */
 typedef struct springls_desc {
     springls_grid_desc grid;
-    const springls_params *params; /* copied; NULL: springls_default_params()                                   */
-    int max_springls;              /* more are refused and counted (set_springls: refused); 0: 64 million; set_mesh takes any number */
+    const springls_params *params; /* copied; NULL: springls_default_params()                                       */
+    int max_springls;              /* limit on splits, fills, springls_set_springls and springls_combine, not on
+                                      springls_set_mesh; 0: 64 million                                              */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
     springls_progress progress;
     springls_trace trace;
-    springls_backend *backend;     /* NULL: here, by scalar code and `tasks`                                    */
+    springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
 } springls_desc;
 
-/* Makes an empty model. On failure *out is NULL and nothing is left allocated. A context belongs to one thread at a
-   time; different contexts are independent. There is no global state. */
+/* Creates a context with an empty model. On failure *out is NULL, nothing is left allocated, and the logger has the reason.
+   One thread uses a context at a time; different contexts are independent. */
 SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls_context **out);
-SPRINGLS_API void springls_destroy(springls_context *ctx); /* NULL is allowed */
 
-/* Back to an empty model; keeps memory and parameters. */
+/* Frees the context and all that belongs to it; NULL is allowed. */
+SPRINGLS_API void springls_destroy(springls_context *ctx);
+
+/* Empties the model and removes its attributes; keeps memory and parameters, and sets the time to 0. */
 SPRINGLS_API springls_status springls_reset(springls_context *ctx);
 
-/* The sentence for the last failure, "" after none; belongs to the context. With ctx = NULL: "no context". */
+/* Returns the sentence of the context's last failure, "" after none; it belongs to the context. ctx NULL: "no context". */
 SPRINGLS_API const char *springls_last_error(const springls_context *ctx);
 
-/* Parameters may be read and replaced between any two calls, band_half_width only while there is no model.
-   INVALID_ARGUMENT names the member that is out of range; nothing changes then. */
+/* Returns the parameters in use; ctx NULL: the default ones. */
 SPRINGLS_API springls_params springls_get_params(const springls_context *ctx);
+
+/* Replaces the parameters, between any two calls; band_half_width only while the model is empty. INVALID_ARGUMENT: a member
+   is out of range, springls_last_error() names it, and nothing changes. */
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params);
 
-/* Points, 3 floats each, between world and voxel coordinates. in and out may be the same. */
+/* Converts `count` points from world to voxel coordinates; `world` and `voxel` may be the same array. */
 SPRINGLS_API void springls_to_voxel(const springls_context *ctx, const float *world, int count, float *voxel);
+
+/* Converts `count` points from voxel to world coordinates; `voxel` and `world` may be the same array. */
 SPRINGLS_API void springls_to_world(const springls_context *ctx, const float *voxel, int count, float *world);
 
-/* Bytes now held from the allocator. */
+/* Returns how many bytes the context holds from its allocator. */
 SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 
-/* ---- >>input:api: each call replaces the model and makes it its own reference (a_n = p_n, phi_ref = phi) ------ */
+/* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
-/* What springls_set_mesh found. Everything but `triangles_dropped` describes the input after welding equal points. */
+/* An input removes all attributes and sets the time to 0. One that fails after its arguments were found good leaves the model
+   empty. springls_set_reference and springls_set_relax_mask change the model that is there. */
+
+/* Reports what springls_set_mesh found. All members but triangles_dropped describe the input after equal points were
+   welded. */
 typedef struct springls_mesh_report {
-    int triangles_dropped;   /* no area, or a repeated corner                                                   */
-    int boundary_edges;      /* edges of one triangle: the surface is open there                                */
-    int nonmanifold_edges;   /* edges of three or more triangles                                                */
-    int misoriented_edges;   /* edges whose two triangles run the same way along it                             */
-    int components;
-    bool closed;             /* no boundary, non-manifold or misoriented edge                                   */
-    bool flipped;            /* the input was inside out and has been turned                                    */
-    bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half     */
-    double volume, area;     /* world units                                                                     */
+    int triangles_dropped;   /* without an area, or with a repeated corner                                          */
+    int boundary_edges;      /* edges of one triangle: the surface is open there                                    */
+    int nonmanifold_edges;   /* edges of three or more triangles                                                    */
+    int misoriented_edges;   /* edges along which both triangles run in the same direction                          */
+    int components;          /* parts that share no point                                                           */
+    bool closed;             /* there is no boundary, non-manifold or misoriented edge                              */
+    bool flipped;            /* the input was inside out and has been turned                                        */
+    bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
+    double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
 } springls_mesh_report;
 
-/* Indexed triangle mesh, world coordinates, counter-clockwise seen from outside. `stride` is the bytes from one
-   position to the next (0: 12). Every triangle becomes a springl (section 4.1), without loss. Steps expect them about as large as a voxel: a
-   mesh of larger ones needs springls_resample, until the count stops growing, before its first step. An inside-out, open or
-   dirty mesh is repaired as `report` says (report may be NULL). Triangles are dropped only if they have no area. Holes are
-   closed by a film, whose springls follow those of the triangles.
-   BAD_MESH: index out of range, nothing left. NON_FINITE: a used position is. */
+/* Sets the model from a triangle mesh; every triangle with an area becomes a springl (section 4.1).
+   positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
+   triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
+   An open, inside-out or otherwise defective mesh is repaired as `report` tells; holes are closed by a film of springls,
+   which come after those of the triangles. Steps expect triangles about as large as a voxel: call springls_remesh first
+   when they are not.
+   BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid. NON_FINITE: a used position. */
 SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const float *positions, int position_count,
                                                size_t stride, const int *triangles, int triangle_count,
                                                springls_mesh_report *report);
 
-/* Dense signed distance or any function negative inside, one float a voxel, x fastest. Re-distanced near its zero. */
+/* Sets the model from a dense volume whose zero level is the surface, negative inside; any function will do, since it is
+   made a distance near its zero. NON_FINITE: a value is. EMPTY_MODEL: there is no zero in the grid. */
 SPRINGLS_API springls_status springls_set_level_set(springls_context *ctx, const float *phi);
 
-/* The voxels of a label map equal to `label` (label < 0: all that are not 0). One int32 a voxel, x fastest. */
+/* Sets the model from the voxels of a dense volume that equal `label`; label < 0: all that are not 0. EMPTY_MODEL: there
+   are none. */
 SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const int32_t *labels, int32_t label);
 
-/* The voxels with low <= intensity <= high; NaN is outside. The surface is placed by interpolating the intensity. */
+/* Sets the model from the voxels with low <= intensity <= high of a dense volume; NaN is outside. The surface lies where
+   the interpolated intensity reaches a limit. EMPTY_MODEL: there are no such voxels. */
 SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high);
 
-/* An implicit function, negative inside, asked in batches of world points (3 floats each). Of Lipschitz constant 1: a signed
-   distance, or a lower bound of one; parts of a steeper function's surface are missed. Never stored densely. */
+/* Evaluates an implicit function, negative inside, at `count` world points, into one float a point. It must be a signed
+   distance or a lower bound of one (Lipschitz constant 1): parts of a steeper function's surface are missed. It is called
+   from several threads at once. */
 typedef void (*springls_implicit_fn)(void *user, const float *points, int count, float *out);
+
+/* Sets the model from an implicit function, which is sampled in the narrow band only. NON_FINITE: it returned NaN.
+   EMPTY_MODEL: there is no zero in the grid. CANCELLED. */
 SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, springls_implicit_fn fn, void *user);
 
-/* Ready-made shapes for springls_set_implicit: pass the function and a pointer to the structure. World units. */
+/* Describe the shapes of the functions below, in world units. A metasphere is a union of spheres that merge smoothly. */
 typedef struct springls_sphere { float center[3], radius; } springls_sphere;
 typedef struct springls_box { float center[3], half[3]; } springls_box;
 typedef struct springls_torus { float center[3], axis[3], major, minor; } springls_torus;
-typedef struct springls_metasphere { const springls_sphere *spheres; int count; } springls_metasphere; /* merged spheres */
+typedef struct springls_metasphere { const springls_sphere *spheres; int count; } springls_metasphere;
 typedef struct springls_notched_sphere { float center[3], radius, slot_width, slot_depth; } springls_notched_sphere; /* Zalesak */
+
+/* Evaluate the signed distance of a shape: functions for springls_set_implicit, with a pointer to the structure as
+   `user`. */
 SPRINGLS_API void springls_implicit_sphere(void *sphere, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_box(void *box, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_metasphere(void *metasphere, const float *points, int count, float *out);
 SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const float *points, int count, float *out);
 
-/* Raw springls, voxel coordinates: per springl 9 floats of vertices, 3 of particle, 3 of correspondence. particles
-   NULL: centroids; correspondences NULL: the particles. The level set follows by unsigned_to_signed. */
+/* Sets the model from `count` springls in voxel coordinates: 9 floats of vertices, 3 of the particle and 3 of the
+   correspondence each. particles NULL: the centroids. correspondences NULL: the particles. The level set is made by
+   unsigned_to_signed. NON_FINITE: a number is not finite or exceeds 10^6. */
 SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const float *vertices, const float *particles,
                                                    const float *correspondences, int count);
 
-/* Makes the present model the original: a_n = p_n, phi_ref = phi, fresh reference triangles. */
+/* Makes the present model the original surface: a_n = p_n, phi_ref = phi; material triangles are the springls of this
+   moment. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_set_reference(springls_context *ctx);
 
-/* One byte a springl: 0 relaxes, 1 keeps its shape (a kept feature, section 4.8). Follows splits. NULL: all relax. */
+/* Sets which springls relax (section 4.8): one byte a springl, 0 relaxes, others keep their shape; children of a split
+   follow their parent. NULL: all relax. */
 SPRINGLS_API springls_status springls_set_relax_mask(springls_context *ctx, const uint8_t *mask);
 
 /* ---- >>forces:api: eq. 1 and 2, in voxels and voxels a unit of time ------------------------------------------- */
 
-/* Batch callbacks, called from any worker at once with different ranges; never one call a point. All points are voxel
-   coordinates, 3 floats each. time is the time of the Runge-Kutta stage. */
+/* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
+   Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
-typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
-/* out: 12 floats a point, a row-major 3x4 matrix [A b]; the velocity at x is A x + b. correspondences are a_n. */
-typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time, float *out);
 
-/* A sampled field: `channels` floats a sample (1 pressure, 3 velocity), x fastest, trilinear between samples, constant
-   beyond them. It lies on the model's grid (size all zero) or on a grid of its own. Values are voxels of the model's
-   grid a unit of time. The data is borrowed during the call. A displacement field is a velocity grid applied with
-   dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
+/* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure. */
+typedef void (*springls_velocity_fn)(void *user, const float *points, int count, float time, float *out);
+
+/* Evaluates the affine map A(p, a) of `count` particles p with the correspondences a, voxel coordinates: 12 floats each,
+   the row-major 3x4 matrix [A b]; the velocity of a place x of the springl is A x + b. Called like the pressure. */
+typedef void (*springls_affine_fn)(void *user, const float *points, const float *correspondences, int count, float time,
+                                   float *out);
+
+/* Holds a sampled field, x fastest: 1 float a sample for a pressure, 3 for a velocity, in voxels of the model's grid a unit
+   of time. It is linear between samples and constant beyond them. The data is borrowed during the call. A displacement
+   field is a velocity grid, applied with dt = 1 and SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_sampled_field {
     const float *data;
-    springls_grid_desc grid;
-    unsigned version; /* with a backend: while it and data stay the same, and it is not 0, the samples are not sent again */
+    springls_grid_desc grid; /* size all zero: the model's grid                                                     */
+    unsigned version;        /* with a backend: samples are sent again when this or `data` changes; 0: every time   */
 } springls_sampled_field;
 
+/* Names how motion is integrated over a step: fourth-order Runge-Kutta (the paper) or one forward step. */
 typedef enum springls_integrator { SPRINGLS_INTEGRATOR_RK4, SPRINGLS_INTEGRATOR_EULER } springls_integrator;
 
+/* Sums up what moves springls (eq. 1). Members that are zero or NULL add nothing, except that a weight of 0 means 1. */
 typedef struct springls_forces {
-    springls_pressure_fn pressure; /* rho: along the outward normal                                             */
-    springls_velocity_fn velocity; /* sigma                                                                     */
-    springls_affine_fn affine;     /* A(p, a)                                                                   */
-    void *user;                    /* handed to all three                                                       */
-    springls_sampled_field pressure_grid; /* data NULL: none; added to the callback's                           */
-    springls_sampled_field velocity_grid;
-    float pressure_weight;         /* lambda_rho;   0 means 1                                                   */
-    float velocity_weight;         /* lambda_sigma; 0 means 1                                                   */
-    float affine_weight;           /* lambda_A;     0 means 1                                                   */
-    float curvature_weight;        /* motion by mean curvature of the level set, smoothing when positive        */
+    springls_pressure_fn pressure; /* rho, along the outward normal                                                 */
+    springls_velocity_fn velocity; /* sigma                                                                         */
+    springls_affine_fn affine;     /* A(p, a)                                                                       */
+    void *user;                    /* handed to all three                                                           */
+    springls_sampled_field pressure_grid; /* data NULL: none; added to the pressure callback                        */
+    springls_sampled_field velocity_grid; /* data NULL: none; added to the velocity callback                        */
+    float pressure_weight;         /* lambda_rho;   0: 1                                                            */
+    float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
+    float affine_weight;           /* lambda_A;     0: 1                                                            */
+    float curvature_weight;        /* motion by the level set's mean curvature: positive smooths; 0: none           */
     springls_integrator integrator;
 } springls_forces;
 
-/* Two flows with exact answers, for tests and benchmarks; user points to the structure. */
-typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow; /* LeVeque, x = voxel/N */
+/* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
+   a rotation in radians a unit of time. */
+typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow;
 typedef struct springls_rotation_flow { float center[3], axis[3], angular_velocity; } springls_rotation_flow;
+
+/* Evaluate these flows: velocity callbacks, with a pointer to the structure as `user`. */
 SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out);
 SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out);
 
-/* The largest speed of any particle now, voxels a unit of time: f_max of section 4.8. */
+/* Finds the largest speed of any particle at `time`, voxels a unit of time: f_max of section 4.8. NON_FINITE: from a
+   force. */
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);
 
-/* ---- >>stages:api: Table 2, each callable alone --------------------------------------------------------------- */
+/* ---- >>stages:api: Table 2, each callable alone, in any order ----------------------------------------------------- */
 
+/* Moves springls by the forces from `time` to time + dt (eq. 1, 2); the level set stays. NON_FINITE: a force is, and
+   nothing moves. */
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt);
-SPRINGLS_API springls_status springls_relax(springls_context *ctx);              /* Algorithm 1, params.relax_iterations times   */
-SPRINGLS_API springls_status springls_contract(springls_context *ctx);           /* section 4.6                                  */
-SPRINGLS_API springls_status springls_resample(springls_context *ctx);           /* section 4.6                                  */
-SPRINGLS_API springls_status springls_evolve(springls_context *ctx);             /* eq. 21-23: one Evolve, omega taken afresh    */
-SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);            /* re-distance phi, move the narrow band        */
-SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);          /* section 4.4, and track for what it adds      */
-SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx); /* section 4.5                                  */
-SPRINGLS_API springls_status springls_track(springls_context *ctx);              /* eq. 26 for every correspondence              */
+
+/* Lets each springl seek equilibrium with its neighbours, params.relax_iterations times (Algorithm 1, eq. 3-20). */
+SPRINGLS_API springls_status springls_relax(springls_context *ctx);
+
+/* Removes springls far from the zero level, and removes or reshapes those of bad shape (section 4.6). */
+SPRINGLS_API springls_status springls_contract(springls_context *ctx);
+
+/* Splits every springl that is too large once, at its longest edge (section 4.6). */
+SPRINGLS_API springls_status springls_resample(springls_context *ctx);
+
+/* Moves phi towards the springls by one step (eq. 21-23). */
+SPRINGLS_API springls_status springls_evolve(springls_context *ctx);
+
+/* Makes phi a distance again, and moves the narrow band with its zero level. */
+SPRINGLS_API springls_status springls_rebuild(springls_context *ctx);
+
+/* Adds springls where the zero level is bare, and tracks them (section 4.4). */
+SPRINGLS_API springls_status springls_fill_gaps(springls_context *ctx);
+
+/* Makes phi from the springls alone (section 4.5). */
+SPRINGLS_API springls_status springls_unsigned_to_signed(springls_context *ctx);
+
+/* Moves every correspondence onto the original surface (eq. 26). */
+SPRINGLS_API springls_status springls_track(springls_context *ctx);
 
 /* ---- >>drivers:api -------------------------------------------------------------------------------------------- */
 
+/* Names the algorithm of a step; the manual's chapter DATA FLOW has the stages. */
 typedef enum springls_mode {
-    SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contour                                                         */
-    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size                                                      */
-    SPRINGLS_MODE_ADVECT_ONLY /* "behaves like a mesh": springls move, the level set stays                           */
+    SPRINGLS_MODE_FLUID,      /* Algorithm 2: active contours and fluids                                            */
+    SPRINGLS_MODE_ELASTIC,    /* Algorithm 3: steps of any size; phi is made anew from the springls                 */
+    SPRINGLS_MODE_ADVECT_ONLY /* springls move, the level set stays: the model behaves like a mesh                  */
 } springls_mode;
 
+/* Describes a step. Zero all of it, set forces, and dt or max_displacement. */
 typedef struct springls_step_desc {
     const springls_forces *forces;
     springls_mode mode;
-    float dt;               /* time to advance; 0: one step in which the fastest particle moves max_displacement */
-    float max_displacement; /* voxels; dt is cut into sub-steps in which no particle goes further, adapted to the
-                               force as it changes; 2 suits the default set, 1.3 where accuracy counts most,
-                               0.5 the paper's; 0: never cut (d_max when dt is 0)                               */
-    bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)    */
-    bool stop_at_topology;  /* eq. 24-25: springls stop where the topology constraint stops the level set       */
-    bool stop_at_rest;      /* springls_run ends, with OK, after a step in which at most one springl in a thousand
-                               moved by more than a hundredth of a voxel: an active contour has arrived         */
+    float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
+    float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
+                               default parameters, 1.3 gives their best accuracy, 0.5 suits the paper's. 0: dt is never
+                               divided, and a dt of 0 means d_max                                                   */
+    bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)        */
+    bool stop_at_topology;  /* springls stop where preserved topology stops the level set (eq. 24, 25)              */
+    bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
+                               than 0.01 voxel: an active contour has arrived                                       */
 } springls_step_desc;
 
-/* One step of the chosen algorithm from the context's time. NON_FINITE leaves the model as it was before the step, or before
-   the sub-step that the force failed in. */
+/* Runs one step of the chosen algorithm from the context's time. NON_FINITE: from a force; the model is as before the
+   sub-step in which it occurred. INVALID_ARGUMENT: also when dt would need more than 10000 sub-steps. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls_step_desc *step);
 
-/* The same step in as many calls as you like, for a budget a frame: springls_step is the two of them without a limit, and the
-   bits are the same however a step is cut. _begin checks and notes; *step and *step->forces are copied, but what the forces
-   point to (user, data) is borrowed until the step is done, and callbacks come in _continue only.
-   _continue works for about `seconds` by trace.now (without it: see springls_trace; C's processor time counts all threads
-   together) and says whether the step is done; 0 seconds: the least it can, one part. Loops over springls and bricks are cut to
-   fit, what lies between them is not: see MANUAL, FRAMES. On a device a part counts as done when it has been asked for.
-   A failure ends the step, as it ends springls_step. Without a step in progress there is nothing to do: OK, *done = true.
-   Between the calls the model is on its way: counts, views, ids, get_provenance, springl_materials, mesh_attribute, sample_*,
-   inside, closest, raycast, surfels and the soup tell what is there now, springls that have moved and a level set that may not
-   have followed yet (in SPRINGLS_MODE_ELASTIC steps it may be half made). springls_set_*, _reset and _restore drop the step with the
-   model. Every other call that changes the model, or wants it whole (a stage, a step, parameters, time, mask, reference,
-   max_speed, meshes, chunks, measures, snapshots), ends the step first, however long that takes, and returns its failure if it
-   has one. */
+/* Begins a step that springls_step_continue completes in as many calls as the caller likes. The result has the same bits as
+   springls_step, however it is divided. *step and *step->forces are copied; `user` and `data` of the forces are borrowed
+   until the step is done. Forces are called in springls_step_continue only.
+
+   While a step is in progress:
+   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _closest, _raycast,
+     _extract_surfels and _extract_soup read the model as it is at that moment: springls have moved, and the level set may
+     not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
+   - springls_set_* inputs, springls_reset and springls_restore drop the step together with the model;
+   - every other call that changes the model or needs it whole completes the step first, however long that takes, and
+     returns its failure: stages, steps, parameters, time, mask, reference, springls_max_speed, meshes, chunks, measures,
+     snapshots. */
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
+
+/* Continues the step for about `seconds` by trace.now (see springls_trace), and sets *done when it is complete; 0 seconds:
+   one phase, the least there is. What a phase does besides its loop is not divided (manual, FRAMES), so a call may take
+   longer. On a device a phase counts as done when it has been enqueued. Without a step in progress: OK, *done = true. A
+   failure ends the step. */
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
+
+/* Returns true between springls_step_begin and the call that completes or drops the step. */
 SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
 
-/* `steps` steps with progress reports. */
+/* Runs `steps` steps, and reports progress after each. CANCELLED: after a whole step. Other failures: as springls_step. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
 
+/* Returns the model's time. */
 SPRINGLS_API double springls_time(const springls_context *ctx);
-SPRINGLS_API void springls_set_time(springls_context *ctx, double time); /* one that is not finite is ignored */
+
+/* Sets the model's time; a time that is not finite is ignored. */
+SPRINGLS_API void springls_set_time(springls_context *ctx, double time);
 
 /* ---- >>snapshots:api: undo, rollback, files -------------------------------------------------------------------- */
 
-/* A model as one block of bytes: springls, level set, attributes, parameters, time, statistics. A context of the same grid
-   (size and place in the world) that is given the block goes on as this one would have, to the bit: on another backend, with
-   other threads, on another machine of the same byte order. Not in it: what springls_desc holds, forces, meshes and chunks
-   that have been made. */
+/* Names what a snapshot holds. Neither kind holds the members of springls_desc, forces, meshes or chunks. */
 typedef enum springls_snapshot_kind {
-    SPRINGLS_SNAPSHOT_ALL,  /* all of it                                                                        */
-    SPRINGLS_SNAPSHOT_FRAME /* without the original surface and its level set, which stay the same from input (set_reference,
-                               combine) to input: smaller and made faster, for undo and rollback. Restores where they are the
-                               same: in this context, or one that a block with all has been restored to         */
+    SPRINGLS_SNAPSHOT_KIND_ALL,  /* springls, level set, original surface, attributes, parameters, time, statistics   */
+    SPRINGLS_SNAPSHOT_KIND_FRAME /* all but the original surface and its level set, which change at inputs,
+                                    springls_set_reference and springls_combine only: smaller and faster, for undo and
+                                    rollback. It can be restored where they are the same: in this context, or in one that an
+                                    ALL snapshot of this model was restored to                                        */
 } springls_snapshot_kind;
 
-/* Writes the block to out, *size bytes; with out = NULL it only says how many. INVALID_ARGUMENT: room is less. */
-SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t room,
+/* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
+   of the same grid (size and place in the world) that restores it continues with the same bits as this one, on any backend,
+   number of threads, or machine of the same byte order. INVALID_ARGUMENT: also when capacity is less than *size. */
+SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
-/* BAD_SNAPSHOT: cut short, altered, of another version or grid; OUT_OF_MEMORY: either way the model stays as it was. */
-SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size);
+/* Replaces the model by a snapshot of `size` bytes. BAD_SNAPSHOT: it is cut short, altered, or of another version or grid.
+   After any failure the model is unchanged. */
+SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
-/* ---- >>read:api: views are voxel coordinates and stay valid until the next call that changes the model -------- */
+/* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
-typedef struct springls_view { const float *data; int count; size_t stride; } springls_view; /* stride in bytes */
+/* Shows an array of the context without a copy: `count` rows of floats, `stride` bytes from one to the next; data NULL:
+   none. */
+typedef struct springls_view { const float *data; int count; size_t stride; } springls_view;
 
+/* Returns the number of springls. */
 SPRINGLS_API int springls_count(const springls_context *ctx);
-SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx);        /* 9 floats: q0 q1 q2         */
-SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx);       /* 3 floats: p                */
-SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx); /* 3 floats: a                */
 
-/* Stable identity, never reused: one per springl, in springl order. And where it came from: 0 an original springl,
-   1 or more: splits and fills between it and one. */
+/* Show the springls in springl order: 9 floats of vertices q0 q1 q2, 3 of the particle p, 3 of the correspondence a. */
+SPRINGLS_API springls_view springls_view_vertices(const springls_context *ctx);
+SPRINGLS_API springls_view springls_view_particles(const springls_context *ctx);
+SPRINGLS_API springls_view springls_view_correspondences(const springls_context *ctx);
+
+/* Returns the ids of the springls, one each: a number that no other springl of this model ever gets. */
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx);
+
+/* Returns the generations of the springls, one each: 0 for an original springl, else the splits and fills that lead to
+   one. */
 SPRINGLS_API const uint32_t *springls_generations(const springls_context *ctx);
 
-/* The paper's 4x4 rows (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
+/* Writes the paper's 4x4 matrix (eq. 27), 16 floats a springl: p phi | q1 a.x | q2 a.y | q3 a.z. */
 SPRINGLS_API springls_status springls_pack_matrix(springls_context *ctx, float *out);
 
-/* Surfels (section 2.3.2): centre 3, normal 3, radius 1: 7 floats a springl, world units. */
+/* Writes surfels (section 2.3.2), 7 floats a springl, world units: centre 3, outward unit normal 3, radius 1. */
 SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, float *out);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
 
+/* Holds a mesh that was made by the context's allocator; free it by springls_mesh_free. */
 typedef struct springls_mesh {
     int vertex_count, triangle_count;
-    float *positions;       /* 3 a vertex, world                                                                */
-    float *normals;         /* 3 a vertex, unit, outward                                                        */
-    float *correspondences; /* 3 a vertex, world: the place on the original surface                             */
-    int *springls;          /* 1 a vertex: the nearest springl, -1 when none is within a voxel                  */
-    int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                */
-    size_t bytes;           /* for springls_mesh_free                                                           */
+    float *positions;       /* 3 a vertex, world                                                                    */
+    float *normals;         /* 3 a vertex, unit, outward                                                            */
+    float *correspondences; /* 3 a vertex, world: the place on the original surface                                 */
+    int *springls;          /* 1 a vertex: index of the nearest springl, -1 when none is within a voxel             */
+    int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
+    size_t bytes;           /* for springls_mesh_free                                                               */
 } springls_mesh;
 
-/* The watertight zero level: welded, closed, every edge between exactly two triangles. An empty model gives an empty
-   mesh. The mesh owns its arrays, made by the context's allocator. */
+/* Extracts the zero level as a watertight mesh: welded, closed, every edge between exactly two triangles. An empty model
+   gives an empty mesh. On failure *out is empty. */
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
 
-/* The springls themselves: three vertices each, normals flat. */
+/* Extracts the springls themselves: three vertices each, with the springl's normal, correspondence and index. */
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
-SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh); /* a zeroed mesh is allowed */
+/* Frees the arrays of a mesh of this context and zeroes it; a zeroed mesh and NULL are allowed. */
+SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh);
 
-/* The zero level in chunks, one a brick of 8^3 voxels, to upload only what has changed. A chunk is a small mesh of its own; where
-   chunks meet each has its vertices, with the same bits, so that together they are watertight. */
+/* Holds one chunk of the zero level, the part in one brick of 8^3 voxels, as a mesh of its own. Neighbouring chunks repeat
+   the vertices that they share, with the same bits, so that together they are watertight. */
 typedef struct springls_chunk {
-    int brick[3];            /* which: cubes of marching cubes from voxel 8 brick on, 8 a side (9 at the grid's lower border) */
-    int vertex_count, triangle_count; /* 0: there is nothing any more                                           */
-    float *positions;        /* 3 a vertex, world                                                               */
-    float *normals;          /* 3 a vertex, unit, outward                                                       */
-    float *correspondences;  /* 3 a vertex, world; NULL without desc.material                                   */
-    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX: none within a voxel; NULL likewise */
-    uint16_t *triangles;     /* 3 a triangle, numbers of the chunk's vertices, counter-clockwise seen from outside */
+    int brick[3];            /* its marching cubes begin at voxel 8 brick: 8 a side, 9 at the grid's lower border   */
+    int vertex_count, triangle_count; /* 0: the chunk is empty now                                                  */
+    float *positions;        /* 3 a vertex, world                                                                   */
+    float *normals;          /* 3 a vertex, unit, outward                                                           */
+    float *correspondences;  /* 3 a vertex, world; NULL without desc.correspondences                                */
+    uint32_t *ids;           /* 1 a vertex: id of the nearest springl, UINT32_MAX when none is within a voxel; NULL
+                                without desc.correspondences                                                        */
+    uint16_t *triangles;     /* 3 a triangle: indices of this chunk's vertices, counter-clockwise seen from outside */
 } springls_chunk;
 
+/* Describes what a consumer of chunks needs. */
 typedef struct springls_chunks_desc {
-    float tolerance; /* voxels: what phi may move before its chunk counts as changed; 0: 0.05; negative: nothing, and the
-                        chunks are springls_extract_mesh's mesh to the bit. Springls at rest still relax, some 0.001 voxels a
-                        step, so then all chunks change in every step                                           */
-    bool material;   /* correspondences and ids too: most of the time that a chunk takes                        */
+    float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more; 0: 0.05;
+                             negative: none, and the chunks are springls_extract_mesh's mesh to the bit. Springls at rest
+                             relax by some 0.001 voxel a step, so that without a tolerance all chunks change         */
+    bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk     */
 } springls_chunks_desc;
 
-/* What one consumer has been shown; any number of them. desc NULL: the defaults. Destroy it before the context. */
+/* Remembers what one consumer has received. A context may have any number of them. */
 typedef struct springls_chunks springls_chunks;
+
+/* Creates such a memory, by the context's allocator; desc NULL: the defaults. On failure *out is NULL. */
 SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
                                                     springls_chunks **out);
-SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks); /* NULL is allowed */
 
-/* The chunks that have changed since the last call, in the order of their bricks, those that are gone with no triangles: at first
-   all. Whatever has happened in between (steps, inputs, restore), afterwards the chunks that the consumer has are the zero level,
-   within the tolerance. They belong to `chunks` until its next call. After a failure nothing is lost: the next call tells it. */
-SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks, const springls_chunk **changed,
-                                                    int *count);
+/* Frees it, before its context is destroyed; NULL is allowed. */
+SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks);
 
-/* A dense copy of phi, in voxels, x fastest: size[0]*size[1]*size[2] floats. */
+/* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
+   triangles. Whatever happened in between (steps, inputs, restore), the consumer's chunks then are the zero level, within
+   the tolerance. The list belongs to `chunks` until its next call. After a failure the next call lists what this one would
+   have listed. */
+SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, springls_chunks *chunks,
+                                                    const springls_chunk **changed, int *count);
+
+/* Writes phi as a dense volume, in voxels, clamped outside the narrow band. */
 SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, float *out);
 
-/* ---- >>queries:api: world coordinates, batches of 3 floats a point -------------------------------------------- */
+/* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
-/* phi, in world units when the spacing is uniform (else in units of the smallest spacing); clamped outside the band. */
+/* Samples phi, one float a point: the signed distance in world units (of the smallest spacing), clamped outside the narrow
+   band. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
-/* grad phi, world components: of unit length where phi is a distance and the spacing uniform. */
+
+/* Samples grad phi, 3 floats a point, world components: of unit length where phi is a distance and the spacing uniform. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
-/* 1 inside, 0 outside: one byte a point. */
+
+/* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out);
 
-/* A place on the model. `material` is the same place on the original surface: its point, the triangle of the original
-   surface it lies on, and the barycentric coordinates there (section 4.7). */
+/* Holds a place on the model and, as `material`, the same place on the original surface (section 4.7). */
 typedef struct springls_hit {
-    int springl;                 /* -1: nothing found                                                           */
-    float point[3];              /* world                                                                       */
-    float barycentric[3];        /* in the springl                                                              */
-    float distance;              /* world, from the query point or along the ray                                */
-    float material[3];           /* world                                                                       */
-    int material_triangle;       /* of the mesh given, or of the initial springls                               */
+    int springl;                 /* -1: nothing was found                                                           */
+    float point[3];              /* world                                                                           */
+    float barycentric[3];        /* in the springl                                                                  */
+    float distance;              /* world units: from the query point, or along the ray                             */
+    float material[3];           /* world                                                                           */
+    int material_triangle;       /* of the mesh that was set, or of the initial springls; -1: there is none         */
     float material_barycentric[3];
 } springls_hit;
 
-/* The closest place of any springl, wherever the point is. Springls leave gaps between them: it may be further than the zero
-   level. A point that is not finite refuses the batch; `out` stays as it was. */
+/* Finds the closest place of any springl to each point, at any distance. Springls leave gaps between them, so it may be
+   further than the zero level. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, const float *points, int count, springls_hit *out);
-/* The first springl along each ray, from either side, up to max_distance (world units; 0: any). Rays pass through the gaps
-   between springls: for a closed surface, give the mesh of springls_extract_mesh to a second context (springls_set_mesh). Directions need not be unit
-   vectors; a direction of no length hits nothing. */
+
+/* Finds the first springl along each ray, from either side, within max_distance (world units; 0: any). directions: 3 floats
+   a ray, of any length; a direction of length 0 finds nothing. Rays pass through the gaps between springls: to hit a closed
+   surface, set the mesh of springls_extract_mesh as the model of a second context. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, const float *origins, const float *directions,
                                               int count, float max_distance, springls_hit *out);
 
-/* ---- >>attributes:api: what springls carry, by name ----------------------------------------------------------- */
+/* ---- >>attributes:api: named values that springls carry ----------------------------------------------------------- */
 
-/* Any number of floats a springl: colours, texture coordinates without seams, bone weights, labels, temperature, mass. They
-   belong to the model: an input or springls_reset removes them all. Without attributes nothing is computed, and with them
-   nothing about the model itself changes by a bit. What becomes of the values where springls are split, filled in and merged: */
+/* An attribute is any number of floats a springl: colours, texture coordinates without seams, bone weights, labels,
+   temperature, mass. Attributes belong to the model: an input or springls_reset removes them all. The model has
+   the same bits with and without them, and without any nothing is computed for them. */
+
+/* Names what becomes of the values of an attribute where springls are split, filled in and merged. */
 typedef enum springls_policy {
-    SPRINGLS_POLICY_COPY,  /* split: of the springl that is split. fill: of the neighbour with the nearest correspondence. merge: the
-                       one that stays keeps its own. For labels                                                           */
-    SPRINGLS_POLICY_BLEND, /* split and fill: of the neighbours on the same side of the surface, with weights that are not negative
-                       and add up to 1, and that are exact, where that is possible, for functions linear in the
-                       correspondence. merge: mean of the two, weighted by area. For what is continuous                   */
-    SPRINGLS_POLICY_SHARE  /* split: half each. fill: 0. merge, and removal: added to that of the nearest neighbour that stays, if
-                       there is one within 2.5 voxels. For amounts, whose sum is to last                                  */
+    SPRINGLS_POLICY_COPY,  /* for labels. split: the values of the springl that is split. fill: those of the neighbour with the
+                              nearest correspondence. merge: the springl that stays keeps its own                           */
+    SPRINGLS_POLICY_BLEND, /* for continuous values. split and fill: a mean of the neighbours on the same side of the surface,
+                              with weights that are not negative, add up to 1, and where possible reproduce functions that
+                              are linear in the correspondence. merge: the mean of the two, weighted by area                */
+    SPRINGLS_POLICY_SHARE  /* for amounts whose sum is to last. split: half each. fill: 0. merge and removal: added to the
+                              nearest springl that stays, if one is within 2.5 voxels                                       */
 } springls_policy;
 
-#define SPRINGLS_MAX_ATTRIBUTES 32   /* a model                        */
-#define SPRINGLS_MAX_CHANNELS 1024   /* an attribute                   */
-#define SPRINGLS_MAX_NAME 31         /* characters of a name, from 1 on */
+#define SPRINGLS_MAX_ATTRIBUTES 32  /* attributes of a model        */
+#define SPRINGLS_MAX_CHANNELS 1024  /* channels of an attribute     */
+#define SPRINGLS_MAX_NAME_LENGTH 31 /* characters of a name, 1 .. 31 */
 
+/* Describes an attribute. */
 typedef struct springls_attribute_desc {
-    const char *name; /* of this model's attributes no other has it */
-    int channels;     /* floats a springl                           */
+    const char *name; /* no other attribute of the model has it */
+    int channels;     /* floats a springl                       */
     springls_policy split, fill, merge;
 } springls_attribute_desc;
 
-/* values: `channels` floats a springl, in springl order; NULL: zeros. *index (may be NULL): its number, 0 for the first. */
+/* Adds an attribute, and sets *index (may be NULL) to its number, counted from 0. values: `channels` floats a springl, in
+   springl order; NULL: zeros. NON_FINITE: a value is. */
 SPRINGLS_API springls_status springls_add_attribute(springls_context *ctx, const springls_attribute_desc *desc,
                                                     const float *values, int *index);
-/* Those behind it have numbers smaller by one then. */
-SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
-SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
-/* name points into the context, until an attribute is removed. INVALID_ARGUMENT: there is no such number. */
-SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
-SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name); /* -1: none of that name */
-SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values); /* NULL: zeros */
-SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index); /* data NULL: there is none */
 
-/* An attribute on the vertices of a mesh that springls_extract_mesh (or _soup) has made of the model as it is now: `channels`
-   floats a vertex. Filled by BLEND: blended likewise; by another policy: that of the neighbour with the nearest correspondence. */
+/* Removes an attribute; those after it have numbers smaller by one from then on. */
+SPRINGLS_API springls_status springls_remove_attribute(springls_context *ctx, int index);
+
+/* Returns the number of attributes. */
+SPRINGLS_API int springls_attribute_count(const springls_context *ctx);
+
+/* Describes an attribute of the model. out->name points into the context, until an attribute is removed. */
+SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, int index, springls_attribute_desc *out);
+
+/* Returns the number of the attribute of that name, -1 when there is none. */
+SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name);
+
+/* Replaces the values of an attribute: `channels` floats a springl; NULL: zeros. NON_FINITE: a value is. */
+SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values);
+
+/* Shows the values of an attribute: `channels` floats a springl; data NULL: there is no such attribute. */
+SPRINGLS_API springls_view springls_view_attribute(const springls_context *ctx, int index);
+
+/* Interpolates an attribute at the vertices of a mesh that springls_extract_mesh or _extract_soup made of the model as it
+   is now: `channels` floats a vertex. With the fill policy BLEND values are blended in the same way, with another policy
+   they are those of the neighbour with the nearest correspondence. */
 SPRINGLS_API springls_status springls_mesh_attribute(springls_context *ctx, const springls_mesh *mesh, int index, float *out);
 
-/* How far the place and the correspondence of a springl are to be trusted, and where it came from. */
+/* Names where a springl came from, and with that how exact its place and its correspondence are. */
 typedef enum springls_kind {
-    SPRINGLS_KIND_ORIGINAL, /* of the input: exact but for the error of advection           */
-    SPRINGLS_KIND_SPLIT,    /* part of one: interpolated between neighbours                 */
-    SPRINGLS_KIND_FILLED    /* put into a gap, or a part of such a one: extrapolated, maybe */
+    SPRINGLS_KIND_ORIGINAL, /* from the input: exact except for the error of advection                        */
+    SPRINGLS_KIND_SPLIT,    /* half of another springl: interpolated between neighbours                       */
+    SPRINGLS_KIND_FILLED    /* added in a gap, or half of such a springl: interpolated, or even extrapolated  */
 } springls_kind;
+
+/* Holds the history of a springl. */
 typedef struct springls_provenance {
     springls_kind kind;
-    int age;             /* steps since it was last given its place: by input, split or fill      */
-    uint32_t generation; /* see springls_generations                                              */
-    uint32_t parent;     /* id of the springl that it was split from or filled in beside; its own: none */
+    int age;             /* steps since an input, a split or a fill gave it its place                             */
+    uint32_t generation; /* as springls_generations                                                               */
+    uint32_t parent;     /* id of the springl that it was split from or added beside; its own id when there is none */
 } springls_provenance;
-SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out); /* one a springl */
+
+/* Writes the history of every springl, in springl order. */
+SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
 /* ---- >>material:api: places on the original surface ------------------------------------------------------------ */
 
-/* A function of the material coordinates does not wear off, whatever the motion: give the values on the mesh that was set and
-   ask for the places on it. triangle: of the mesh given to springls_set_mesh, as numbered there, else of the initial springls;
-   -1: none. */
+/* Holds a material coordinate: a place on the original surface. Values that are given on the original surface and looked up
+   by material coordinates do not wear off, however long the motion. triangle: as numbered in the mesh given to
+   springls_set_mesh, otherwise an initial springl; -1: none. */
 typedef struct springls_material { int triangle; float barycentric[3]; } springls_material;
 
-SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out); /* one a springl */
-/* One a vertex of an extracted mesh. */
+/* Finds the material coordinates of the particles, one a springl. */
+SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, springls_material *out);
+
+/* Finds the material coordinates of the vertices of an extracted mesh, one a vertex. */
 SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, const springls_mesh *mesh, springls_material *out);
 
-/* For what has seams, texture coordinates above all: one a corner, 3 a triangle, so that the three of a triangle lie on one
-   side of every seam. neighbors: 3 a triangle of the original, the triangle across the edge from corner m to the next, -1 at a
-   seam (springls_find_seams makes it). The centroid says which side; a corner beyond a seam is put to the nearest place before
-   it. */
+/* Finds the material coordinates of the corners of an extracted mesh, 3 a triangle, all three on one side of every seam:
+   for texture coordinates. neighbors: 3 a triangle of the original surface, the triangle across the edge from corner m to
+   the next, -1 at a seam (springls_find_seams makes it). The centroid of a triangle decides the side; a corner beyond the
+   seam gets the nearest place before it. */
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out);
 
-/* Which triangles meet at their edges: where the two corners at either end agree in their position and in their `channels` values
-   (channels = 2 for texture coordinates; values may be NULL with 0). values: one row a corner. neighbors: 3 a triangle. */
+/* Finds which triangles of a mesh meet without a seam: where the corners at both ends of an edge agree in position and in
+   `values`, one row of `channels` floats a corner (2 for texture coordinates; NULL with 0 channels). Positions and
+   triangles: as for springls_set_mesh. neighbors: 3 a triangle, -1 at a seam. BAD_MESH: an index is out of range. */
 SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
                                                  const int *triangles, int triangle_count, const float *values, int channels,
                                                  int *neighbors);
 
-/* Values at such places: barycentric means of rows of `channels` values, one a corner of the original, or with `triangles`, its
-   triangles' 3 indices each, one a vertex. Where there is no triangle: zeros. Needs no context. Places
-   are held against triangle_count; the indices in `triangles` are not: they are the caller's. */
-SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values, int channels,
-                                             const int *triangles, int triangle_count, float *out);
+/* Interpolates values at `count` material coordinates, `channels` floats each, zeros where there is no triangle. values:
+   rows of `channels` floats, one a corner of the original surface, or one a vertex when `triangles` has its 3 indices a
+   triangle (NULL: corners). Needs no context. INVALID_ARGUMENT: a place is not below triangle_count; the indices in
+   `triangles` are not checked. */
+SPRINGLS_API springls_status springls_interpolate_material(const springls_material *places, int count, const float *values,
+                                                           int channels, const int *triangles, int triangle_count, float *out);
 
-/* How many triangles the original surface has, as numbered in materials: those given to springls_set_mesh, or the initial
-   springls. */
-SPRINGLS_API int springls_material_count(const springls_context *ctx);
+/* Returns how many triangles the original surface has, as material coordinates number them. */
+SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx);
 
-/* ---- >>tools:api: one call each; springls that stay keep identity, correspondence and attributes --------------- */
+/* ---- >>tools:api: springls that stay keep identity, correspondence and attributes --------------------------------- */
 
-typedef enum springls_operation { SPRINGLS_OPERATION_UNION, SPRINGLS_OPERATION_INTERSECTION, SPRINGLS_OPERATION_DIFFERENCE } springls_operation;
+/* Names a boolean operation of two solids. */
+typedef enum springls_operation {
+    SPRINGLS_OPERATION_UNION,
+    SPRINGLS_OPERATION_INTERSECTION,
+    SPRINGLS_OPERATION_DIFFERENCE
+} springls_operation;
 
-/* The solid becomes what the operation makes of it and another one, on the same grid and with the same band_half_width.
-   Springls of both stay where they bound the result, the other's turned round in a difference; what reaches over the seam is
-   drawn in, the seam is closed, and with params.keep_edges it is sharp. Attributes of the other with the name and channels of
-   one here are taken over; where it has none of that name its springls get zeros. The original surface becomes both originals
-   together: material triangles of the other are numbered from this one's springls_material_count (before the call) on. The
-   other only changes in what queries have prepared. EMPTY_MODEL: nothing is left, and the model is empty; or one of the two had
-   no springls to begin with (of a function: no zero in the grid), and the model stays as it was. When memory runs out the model
-   is empty. */
+/* Combines the solid with another one, on the same grid and with the same band_half_width.
+   - Springls of both stay where they bound the result; those of a subtracted solid are turned round. Springls that cross
+     the seam are pulled in to it and its gaps are filled; params.keep_edges makes it sharp.
+   - An attribute of the other model with the name and channels of one here is taken over; its springls get zeros in the
+     rest.
+   - The original surface becomes both originals together: triangles of the other are numbered from this model's
+     springls_material_triangle_count on, as it was before the call.
+   - The other model stays as it is; a step in progress there is completed first.
+   EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
+   After OUT_OF_MEMORY the model is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
-/* With an implicit function in the place of the other, asked as by springls_set_implicit. */
+/* Combines the solid with an implicit function, which is sampled as by springls_set_implicit, in the same way. */
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
 
-/* Grows (distance > 0) or shrinks the solid by any distance, world units of a grid with uniform spacing: all places within that
-   distance of it, or further than that from its outside. Parts may meet, or vanish: EMPTY_MODEL when nothing is left, and the
-   model is empty. */
+/* Grows (distance > 0) or shrinks the solid by a distance in world units of a uniform spacing, less than 10^4 voxels: to
+   all places within the distance, or further than that from the outside. Parts may meet or vanish. EMPTY_MODEL: nothing is
+   left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
 
-/* Motion by mean curvature for as long as a ball of radius `length` (world units) lasts: what is smaller goes, sharp edges become
-   round. keep_volume: each component keeps its volume (see VOLUME LOCK in the manual). */
+/* Smooths by mean curvature motion for as long as a ball of radius `length` (world units) would last: smaller features
+   vanish, sharp edges become round. keep_volume: every component keeps its volume (manual, VOLUME LOCK). Failures: as
+   springls_run. */
 SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length, bool keep_volume);
 
-/* Springls of even size everywhere: large ones are split, crowded ones merged, poor ones reshaped, gaps filled, until the count
-   is steady. To be called once for a mesh of triangles much larger or smaller than a voxel. */
+/* Makes springls of even size everywhere: splits large ones, merges crowded ones, reshapes bad ones and fills gaps until
+   their number is steady. Call it once for a mesh of triangles much larger or smaller than a voxel. EMPTY_MODEL. */
 SPRINGLS_API springls_status springls_remesh(springls_context *ctx);
 
 /* ---- >>measures:api ------------------------------------------------------------------------------------------- */
 
+/* Names the stages: those of Table 2, tracking (section 4.7), and those of the default parameters. */
 typedef enum springls_stage {
-    SPRINGLS_STAGE_ADVECT, SPRINGLS_STAGE_RELAX, SPRINGLS_STAGE_CONTRACT, SPRINGLS_STAGE_RESAMPLE, SPRINGLS_STAGE_EVOLVE,
-    SPRINGLS_STAGE_REBUILD, SPRINGLS_STAGE_FILL_GAPS, SPRINGLS_STAGE_TRACK, SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
-    SPRINGLS_STAGE_PROJECT, /* of phi: params.predict, params.project_level_set */
-    SPRINGLS_STAGE_KEEP_EDGES, /* params.keep_edges */
-    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock */
+    SPRINGLS_STAGE_ADVECT,
+    SPRINGLS_STAGE_RELAX,
+    SPRINGLS_STAGE_CONTRACT,
+    SPRINGLS_STAGE_RESAMPLE,
+    SPRINGLS_STAGE_EVOLVE,
+    SPRINGLS_STAGE_REBUILD,
+    SPRINGLS_STAGE_FILL_GAPS,
+    SPRINGLS_STAGE_TRACK,
+    SPRINGLS_STAGE_UNSIGNED_TO_SIGNED,
+    SPRINGLS_STAGE_PROJECT,     /* of phi: params.carry_level_set, params.project_level_set */
+    SPRINGLS_STAGE_KEEP_EDGES,  /* params.keep_edges                                        */
+    SPRINGLS_STAGE_VOLUME_LOCK, /* params.volume_lock                                       */
     SPRINGLS_STAGE_COUNT
 } springls_stage;
-SPRINGLS_API const char *springls_stage_name(springls_stage stage); /* "advect", ...; "" when out of range */
 
+/* Returns the name of a stage, "advect" for the first; "" when it is out of range. */
+SPRINGLS_API const char *springls_stage_name(springls_stage stage);
+
+/* Counts what has happened to the model since it was set. */
 typedef struct springls_stats {
-    int springls, steps, bricks; /* steps: sub-steps count, here and for params.resample_period                 */
-    int64_t added, split, removed, reshaped, refused; /* since the model was set                                */
-    int at_edges;            /* springls at sharp edges, of the input or the last step: params.keep_edges       */
-    float volume_correction; /* params.volume_lock: largest offset of a component in the last step, voxels; 1.5
-                                at most a step                                                                  */
-    float moved;             /* largest displacement of the last advect (of a sub-step), voxels                 */
-    float moving;            /* share of springls that moved more than 1/100 voxel in it                        */
-    double seconds[SPRINGLS_STAGE_COUNT];
+    int springls, steps, bricks; /* springls and bricks at present; steps counts every sub-step                     */
+    int64_t added, split, removed, reshaped, refused; /* springls; refused: splits and fills beyond max_springls    */
+    int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
+    float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
+                                   (params.volume_lock)                                                             */
+    float largest_displacement; /* voxels: of any particle in the last advect, which may be of a sub-step           */
+    float moving_share;         /* share of the springls that moved by more than 0.01 voxel in it                   */
+    double seconds[SPRINGLS_STAGE_COUNT]; /* by trace.now                                                           */
 } springls_stats;
+
+/* Returns the statistics. */
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
-/* Of the welded zero level: volume by the divergence theorem and area in world units, bounds, topology. */
+/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology. */
 typedef struct springls_measures {
     double volume, area;
     float lower[3], upper[3];
     int components, euler;
 } springls_measures;
+
+/* Measures the zero level. An empty model gives zeros. */
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out);
 
-/* A 64-bit hash of springls, correspondences and phi: equal for equal states, whatever threads made them. */
+/* Returns a 64-bit hash of springls, correspondences, ids and phi: equal states have equal hashes, whatever threads made
+   them. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
-/* True when the compiler fuses multiplications and additions in this build, which loses the promise of equal bits:
-   compile the implementation with -ffp-contract=off. */
+/* Returns true when this build fuses multiplications and additions, and so breaks the promise of equal bits: compile the
+   implementation with -ffp-contract=off. */
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
-/* The OpenCL text of the maths, one line a string, for hosts that build their own programs. */
+/* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
+   pointer may be NULL; the text is constant. */
 SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 
 #ifdef __cplusplus
@@ -2212,7 +2434,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
     SPRINGLS__GLOBAL float *phi_next;
-    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */
+    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */
     SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
     float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
 } springls__grid;
@@ -2976,7 +3198,7 @@ enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRI
 
 /* What springls carry (attributes.h): `channels` floats a springl, in springl order. A table of these and their values is all there is. */
 typedef struct springls__attribute {
-    char name[SPRINGLS_MAX_NAME + 1];
+    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int channels;
     springls_policy split, fill, merge;
     springls__buffer values;
@@ -3290,12 +3512,12 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 }
 
 
-/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;
@@ -5384,7 +5606,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int y, z, row, v, o[3];
@@ -5414,7 +5636,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
 /* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
 SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
 {
-    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
 /* The side becomes the sign of the distance. */
@@ -7953,7 +8175,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
     return SPRINGLS_OK;
 }
 
-/* To be called when the level set has been made to follow the springls: what moves them from now on, predict will carry. */
+/* To be called when the level set has been made to follow the springls: carry_level_set measures motion from here on. */
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, springls__no_job());
@@ -8128,7 +8350,7 @@ SPRINGLS__FN void springls__model_constants(springls_context *ctx)
     for (slot = 0; slot < SPRINGLS__FIRST_SLOT; slot++) {
         g->slot_brick[slot] = -1;
         springls__fill(g->phi_next, slot, g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS]);
-        springls__fill(g->omega, slot, ctx->model.params.capture);
+        springls__fill(g->omega, slot, ctx->model.params.capture_range);
         memset(g->cell + (size_t)slot * SPRINGLS__CELLS, 0, SPRINGLS__CELLS * sizeof *g->cell);
     }
 }
@@ -8756,8 +8978,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         return springls__next_phase(ctx, 0);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
-    ctx->stats.moved = job->moved;
-    ctx->stats.moving = count ? (float)job->moving / (float)count : 0.0f;
+    ctx->stats.largest_displacement = job->moved;
+    ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;
@@ -9542,7 +9764,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, 1, NULL));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, springls__job_of(!ctx->omega_fresh));
     if (springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, g->active_count, 1) > 0) {
-        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture));
+        SPRINGLS__TRY(springls__brick_lists_build(ctx, ctx->model.params.capture_range));
         springls__loop(ctx, SPRINGLS__KERNEL_omega, g->active_count, springls__no_job());
     }
     ctx->omega_fresh = true;
@@ -9932,7 +10154,7 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    if (g->omega[v] < r->ctx->model.params.capture) r->votes += g->phi[v] > 0.0f ? 1 : -1;
+    if (g->omega[v] < r->ctx->model.params.capture_range) r->votes += g->phi[v] > 0.0f ? 1 : -1;
     if (!springls__uncounted(r, v)) return;
     g->phi[v] = springls__counted;
     r->member[r->count++] = v;
@@ -10188,7 +10410,7 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
 
 /* ======== >>project  (src/stages/project.h) ==================================================================== */
 /* project.h - phi near the springls becomes their oriented distance, which takes the chord error of flat triangles and the lag
-   of the moving front out of the level set. With params.predict phi is first carried along: the value at a voxel is that
+   of the moving front out of the level set. With params.carry_level_set phi is first carried along: the value at a voxel is that
    of the place it has come from, by the way of the springls around. Else eq. 23 has decided the side before. */
 
 /* Doubtful voxels of phi_next ask their neighbours. The flood needs a third field: omega lends its memory, which is taken afresh
@@ -10207,7 +10429,7 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
         springls__run(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, job);
         springls__swap(ctx, SPRINGLS__ARRAY_PHI_NEXT, SPRINGLS__ARRAY_OMEGA);
     }
-    springls__omega_constant(ctx, ctx->model.params.capture, ctx->model.params.capture);
+    springls__omega_constant(ctx, ctx->model.params.capture_range, ctx->model.params.capture_range);
     ctx->omega_fresh = false;
 }
 
@@ -10750,7 +10972,7 @@ SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.afresh; }
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.carry_level_set && !ctx->step.afresh; }
 SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
 
 /* After eq. 23; carrying phi along has projected it already. */
@@ -10804,7 +11026,7 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float way;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.afresh = ctx->model.params.predict && way > ctx->model.grid.far_value;
+    ctx->step.afresh = ctx->model.params.carry_level_set && way > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
@@ -10813,7 +11035,7 @@ SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
     ctx->step.iterations = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.predict && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
+    if (ctx->model.params.carry_level_set && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
     return SPRINGLS_OK;
 }
 
@@ -11044,7 +11266,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (step->stop_at_rest && ctx->stats.moving <= still) return SPRINGLS_OK;
+        if (step->stop_at_rest && ctx->stats.moving_share <= still) return SPRINGLS_OK;
     }
     return SPRINGLS_OK;
 }
@@ -11172,12 +11394,12 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.split_area = 3.0f;
     p.placement = SPRINGLS_PLACEMENT_COPY;
     p.band_half_width = 3.0f;
-    p.capture = 2.0f;
+    p.capture_range = 2.0f;
     p.evolve_iterations = 4;
     p.evolve_step = 0.75f;
     p.evolve_width = 1.5f;
     p.curvature = 0.0f;
-    p.predict = 0;
+    p.carry_level_set = 0;
     p.project_level_set = 0;
     p.nucleate = 0;
     p.fill_from_springls = 0;
@@ -11210,7 +11432,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.split_area = 4.0f;
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
-    p.predict = 1;
+    p.carry_level_set = 1;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -11253,12 +11475,12 @@ SPRINGLS__FN const char *springls__params_fault(const springls_params *p)
     SPRINGLS__IN(split_area, 0.01f, 1e6f);
     SPRINGLS__IN(placement, SPRINGLS_PLACEMENT_COPY, SPRINGLS_PLACEMENT_QUADRATIC);
     SPRINGLS__IN(band_half_width, 2.0f, 6.0f);
-    SPRINGLS__IN(capture, 0.3f, 6.0f);
+    SPRINGLS__IN(capture_range, 0.3f, 6.0f);
     SPRINGLS__IN(evolve_iterations, 0, 1000);
     SPRINGLS__IN(evolve_step, 0.0f, 1.0f);
     SPRINGLS__IN(evolve_width, 0.5f, 3.0f);
     SPRINGLS__IN(curvature, -0.2f, 0.2f);
-    SPRINGLS__IN(predict, 0, 1);
+    SPRINGLS__IN(carry_level_set, 0, 1);
     SPRINGLS__IN(project_level_set, 0, 1);
     SPRINGLS__IN(nucleate, 0, 1);
     SPRINGLS__IN(keep_edges, 0, 1);
@@ -11382,7 +11604,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     springls__constellation_changed(ctx); /* what was found with the old radii serves no more */
-    springls__omega_constant(ctx, params->capture, params->capture);
+    springls__omega_constant(ctx, params->capture_range, params->capture_range);
     if (band_changed) springls__grids_clear(ctx); /* no model: constant bricks only, of another distance */
     return springls__report_device_failure(ctx, SPRINGLS_OK);
 }
@@ -12514,9 +12736,9 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
 {
     const char *call = "add_attribute";
     size_t length = desc && desc->name ? strlen(desc->name) : 0;
-    if (length == 0 || length > SPRINGLS_MAX_NAME)
+    if (length == 0 || length > SPRINGLS_MAX_NAME_LENGTH)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: a name of 1 to %d characters is wanted", call,
-                              SPRINGLS_MAX_NAME);
+                              SPRINGLS_MAX_NAME_LENGTH);
     if (springls_find_attribute(ctx, desc->name) >= 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is one named %s", call, desc->name);
     if (desc->channels < 1 || desc->channels > SPRINGLS_MAX_CHANNELS)
@@ -12957,7 +13179,7 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
         springls__v3 x = place[i], n = springls__normal_to_world(ctx, springls__grid_gradient(&c->shown, c->shown.phi, x)), a = x;
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.material) {
+        if (c->desc.correspondences) {
             int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
             if (nearest >= 0) a = springls__correspondence_at(&ctx->model, nearest, x);
             springls__voxel_to_world(ctx, a, chunk->correspondences + 3 * i);
@@ -12999,7 +13221,7 @@ SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, spring
 /* Of what has been counted: each chunk gets its share of the arrays; those that have and had nothing are left out. */
 SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls_chunks *c, int *count)
 {
-    const size_t words = c->desc.material ? 10 : 6; /* a vertex */
+    const size_t words = c->desc.correspondences ? 10 : 6; /* a vertex */
     size_t vertices = 0, corners = 0;
     int i, n = 0;
     for (i = 0; i < *count; i++) {
@@ -13019,7 +13241,7 @@ SPRINGLS__FN springls_status springls__share_out(springls_context *ctx, springls
         if (!v) continue;
         chunk->positions = (float *)c->vertices.data + vertices * words;
         chunk->normals = chunk->positions + 3 * v;
-        if (c->desc.material) {
+        if (c->desc.correspondences) {
             chunk->correspondences = chunk->normals + 3 * v;
             chunk->ids = (uint32_t *)(void *)(chunk->correspondences + 3 * v);
         }
@@ -13037,11 +13259,11 @@ SPRINGLS__FN springls_status springls__chunks_update(springls_context *ctx, spri
     job.ctx = ctx;
     job.chunks = c;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (c->desc.material) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
     SPRINGLS__TRY(springls__list_bricks(ctx, c, &listed));
     springls__parallel(ctx, listed, 16, springls__show_task, &job);
     for (i = 0; i < listed; i++) springls__mark_around(c, i);
-    if (c->desc.material) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
+    if (c->desc.correspondences) SPRINGLS__TRY(springls__collect_signatures(ctx, c));
     springls__drop_shown(ctx, c, listed);
     SPRINGLS__TRY(springls__list_chunks(ctx, c, count));
     springls__parallel(ctx, *count, 4, springls__count_chunk_task, &job);
@@ -13177,7 +13399,7 @@ SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, con
 
 SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const float *points, int count, uint8_t *out)
 {
-    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "inside");
+    return springls__field_query_run(ctx, points, count, NULL, out, springls__sample_distance_task, "sample_inside");
 }
 
 /* ---- material coordinates ---- */
@@ -13535,7 +13757,7 @@ SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
     }
 }
 
-SPRINGLS_API int springls_material_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
+SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
 
 SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, const springls_mesh *mesh, const int *neighbors,
                                                        springls_material *out)
@@ -13545,7 +13767,7 @@ SPRINGLS_API springls_status springls_corner_materials(springls_context *ctx, co
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "corner_materials"));
     if (!neighbors) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: neighbors is NULL");
-    given = springls_material_count(ctx);
+    given = springls_material_triangle_count(ctx);
     for (i = 0; i < 3 * given; i++)
         if (neighbors[i] < -1 || neighbors[i] >= given)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "corner_materials: triangle %d has neighbour %d of %d", i / 3,
@@ -14033,7 +14255,7 @@ static const char springls__snapshot_magic[8] = { 'S', 'P', 'R', 'I', 'N', 'G', 
 enum { SPRINGLS__SNAPSHOT_VERSION = 1, SPRINGLS__BYTE_ORDER = 0x01020304 };
 
 typedef struct springls__attribute_entry {
-    char name[SPRINGLS_MAX_NAME + 1];
+    char name[SPRINGLS_MAX_NAME_LENGTH + 1];
     int32_t channels, split, fill, merge;
 } springls__attribute_entry;
 
@@ -14075,7 +14297,7 @@ SPRINGLS__FN uint64_t springls__side_bytes(const springls__grid *g) { return ((u
 SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const springls__snapshot_state *s, int section)
 {
     const uint64_t brick = SPRINGLS__BRICK_VOXELS * sizeof(float);
-    const bool all = s->kind == SPRINGLS_SNAPSHOT_ALL;
+    const bool all = s->kind == SPRINGLS_SNAPSHOT_KIND_ALL;
     int a = section - SPRINGLS__SECTION_VALUES;
     if (section < SPRINGLS__SECTION_NEIGHBORS) return (uint64_t)s->count * springls__element_size((springls__array)section);
     if (a >= 0 && a < SPRINGLS_MAX_ATTRIBUTES)
@@ -14242,7 +14464,7 @@ SPRINGLS__FN void springls__snapshot_write(const springls_context *ctx, const sp
     for (i = 0; i < s->attributes; i++)
         springls__put(out, layout, SPRINGLS__SECTION_VALUES + i, ctx->attributes[i].values.data,
                       springls__section_bytes(g, s, SPRINGLS__SECTION_VALUES + i));
-    if (s->kind == SPRINGLS_SNAPSHOT_ALL) {
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL) {
         memset(out + layout->at[SPRINGLS__SECTION_REFERENCE_SIDES], 0, (size_t)springls__side_bytes(g));
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
         springls__put(out, layout, SPRINGLS__SECTION_ORIGINAL, ctx->original.points,
@@ -14266,7 +14488,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     springls__layout layout;
     if (size) *size = 0;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!size || (kind != SPRINGLS_SNAPSHOT_ALL && kind != SPRINGLS_SNAPSHOT_FRAME))
+    if (!size || (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL, or there is no kind %d", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -14339,7 +14561,7 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
 {
     const springls__attribute_entry *a = &s->attribute[row];
     int i;
-    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
+    if (a->name[0] == 0 || a->name[SPRINGLS_MAX_NAME_LENGTH] != 0 || a->channels < 1 || a->channels > SPRINGLS_MAX_CHANNELS)
         return false;
     for (i = 0; i < row; i++)
         if (strcmp(a->name, s->attribute[i].name) == 0) return false;
@@ -14352,7 +14574,7 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
 {
     const int furthest = INT32_MAX / 2; /* counters go on from here */
     int i;
-    if (s->kind != SPRINGLS_SNAPSHOT_ALL && s->kind != SPRINGLS_SNAPSHOT_FRAME) return "of an unknown kind";
+    if (s->kind != SPRINGLS_SNAPSHOT_KIND_ALL && s->kind != SPRINGLS_SNAPSHOT_KIND_FRAME) return "of an unknown kind";
     if (memcmp(s->size, ctx->model.grid.size, sizeof s->size) != 0
         || memcmp(s->to_world, ctx->to_world, sizeof s->to_world) != 0)
         return "of another grid";
@@ -14366,7 +14588,7 @@ SPRINGLS__FN const char *springls__numbers_fault(springls_context *ctx, const sp
     if ((uint32_t)s->count > s->next_id || s->step > 0x3fffffffu || s->has_source < 0 || s->has_source > 1) return "damaged";
     for (i = 0; i < s->attributes; i++)
         if (!springls__entry_good(s, i)) return "damaged";
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME && s->reference_stamp != springls__reference_stamp(ctx))
         return "of another original surface, which it leaves out";
     return NULL;
 }
@@ -14456,7 +14678,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
             : 0;
         SPRINGLS__TRY(springls__buffer_grow(ctx, values, (size_t)springls__imax(s->count, 1), row, used));
     }
-    if (s->kind == SPRINGLS_SNAPSHOT_FRAME) return SPRINGLS_OK;
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_FRAME) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
                                  (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
                                  (size_t)ctx->model.reference.slot_count));
@@ -14557,7 +14779,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     ctx->model.params = s.params;
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &layout, (const char *)block);
-    if (s.kind == SPRINGLS_SNAPSHOT_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
     ctx->model.set.count = s.count;
     ctx->model.set.at_edges = s.at_edges;
     ctx->model.set.next_id = s.next_id;
@@ -14679,92 +14901,104 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
    length of that. Read as a part, without springls.h, there is none: then the text is empty. */
 
 static const char *const springls__kernel_lines[] = {
-    "#line 617 \"springls.h\"\n",
-    "/* params.h - the parameters, which hosts and kernels share. */\n",
+    "#line 693 \"springls.h\"\n",
+    "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
-    "typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;           /* paper, Fig. 8a */\n",
-    "typedef enum springls_weight { SPRINGLS_WEIGHT_LINEAR, SPRINGLS_WEIGHT_ATANH, SPRINGLS_WEIGHT_SPLINE_FAR,           /* paper, Fig. 8b: */\n",
-    "                               SPRINGLS_WEIGHT_SPLINE_NEAR } springls_weight;                             /* W_a W_b W_c W_d */\n",
-    "typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque; /* eq. 20, 19   */\n",
-    "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology; /* sec. 4.5  */\n",
+    "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
+    "typedef enum springls_threshold { SPRINGLS_THRESHOLD_LINEAR, SPRINGLS_THRESHOLD_TANH } springls_threshold;\n",
     "\n",
-    "/* Where a split or filled springl gets its place and its correspondence. */\n",
+    "/* Names the function W of Fig. 8b, which turns a neighbour's distance into a force (eq. 12): W_a, W_b, W_c, W_d in this order. */\n",
+    "typedef enum springls_weight {\n",
+    "    SPRINGLS_WEIGHT_LINEAR,\n",
+    "    SPRINGLS_WEIGHT_ATANH,\n",
+    "    SPRINGLS_WEIGHT_SPLINE_FAR,\n",
+    "    SPRINGLS_WEIGHT_SPLINE_NEAR\n",
+    "} springls_weight;\n",
+    "\n",
+    "/* Names the formula of the torque on a springl: eq. 20 or eq. 19. */\n",
+    "typedef enum springls_torque { SPRINGLS_TORQUE_NORMALIZED, SPRINGLS_TORQUE_PHYSICAL } springls_torque;\n",
+    "\n",
+    "/* Names what the level set may do: change its topology, or keep it (section 4.5). */\n",
+    "typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESERVED } springls_topology;\n",
+    "\n",
+    "/* Names the rule that gives a split or filled springl its place and its correspondence. */\n",
     "typedef enum springls_placement {\n",
-    "    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat children, correspondences copied (split), averaged or nearest (fill)   */\n",
-    "    SPRINGLS_PLACEMENT_QUADRATIC /* a quadratic moving-least-squares fit over neighbouring particles, for both             */\n",
+    "    SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */\n",
+    "    SPRINGLS_PLACEMENT_QUADRATIC /* both come from a quadratic moving-least-squares fit to the neighbouring particles        */\n",
     "} springls_placement;\n",
     "\n",
-    "/* All lengths are voxels. Get a set from springls_default_params() or springls_paper_params(), then change members;\n",
-    "   a zeroed structure is refused because zero is a meaningful value of many members. */\n",
+    "/* Holds the parameters of a model; lengths are in voxels, areas in voxel^2. Get a set from springls_default_params() or\n",
+    "   springls_paper_params() and change members: a zeroed structure is refused, because 0 is a legal value of many members.\n",
+    "   The manual's chapter PARAMETERS lists both sets and the symbols of the paper; a member out of range is refused by name. */\n",
     "typedef struct springls_params {\n",
-    "    unsigned cookie;  /* set by the two functions, checked by springls_create */\n",
+    "    unsigned cookie;  /* set by the two functions, checked by springls_create and springls_set_params            */\n",
     "\n",
     "    /* Table 1 */\n",
-    "    float d_max;             /* springl capsule radius                                                          */\n",
-    "    float particle_radius;   /* r: particle and vertex radius; springs rest at length 2r                        */\n",
-    "    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                         */\n",
-    "    int max_neighbors;       /* nearest edges kept a vertex, 1..8 (section 4.8)                                 */\n",
+    "    float d_max;             /* radius of a springl's capsule: what is nearer to the springl is covered by it        */\n",
+    "    float particle_radius;   /* r: springs rest at the length 2r                                                   */\n",
+    "    float neighbor_radius;   /* R: neighbours of a vertex lie within it                                            */\n",
+    "    int max_neighbors;       /* nearest edges that a vertex keeps, 1..8 (section 4.8)                              */\n",
     "\n",
     "    /* relax: section 4.3, Algorithm 1 */\n",
     "    int relax_iterations;\n",
     "    springls_threshold threshold;\n",
     "    springls_weight weight;\n",
     "    springls_torque torque;\n",
-    "    float sharpness;         /* lambda_c of H(lambda_c x)                                                       */\n",
-    "    float kappa_int;         /* internal spring constant (eq. 4)                                                */\n",
-    "    float kappa_ext;         /* external spring constant (eq. 5)                                                */\n",
-    "    float relax_step_length;   /* xi  (eq. 10, 17)                                                              */\n",
-    "    float relax_step_rotation; /* rho (eq. 11, 18)                                                              */\n",
-    "    int relax_same_side;     /* 1: ignore neighbours facing the other way; 0: the paper                         */\n",
+    "    float sharpness;         /* lambda_c of H(lambda_c x)                                                          */\n",
+    "    float kappa_int;         /* internal spring constant (eq. 4)                                                   */\n",
+    "    float kappa_ext;         /* external spring constant (eq. 5)                                                   */\n",
+    "    float relax_step_length;   /* xi  (eq. 10, 17)                                                                 */\n",
+    "    float relax_step_rotation; /* rho (eq. 11, 18)                                                                 */\n",
+    "    int relax_same_side;     /* 1: neighbours that face the opposite way do not pull; 0: all pull, as in the paper */\n",
     "\n",
     "    /* contract: section 4.6 */\n",
-    "    float contract_distance; /* remove when |phi(p)| exceeds it: (1 + eps) d_max                                */\n",
-    "    float min_angle, max_angle; /* degrees; triangles outside are bad                                           */\n",
-    "    float min_area;          /* voxel^2; smaller triangles are bad; 0: the paper                                */\n",
-    "    int reshape;             /* 1: give a bad triangle a good shape about its own particle; 0: remove it        */\n",
-    "    float merge_distance;    /* remove the younger of two same-side particles closer than it; 0: never          */\n",
-    "    int keep_thin;           /* 1: keep far springls of a sheet too thin for phi; 0: the paper, remove them     */\n",
+    "    float contract_distance; /* (1 + eps) d_max: a springl is removed where |phi(p)| exceeds it                    */\n",
+    "    float min_angle, max_angle; /* degrees: a triangle with an angle outside is bad                                */\n",
+    "    float min_area;          /* voxel^2: a smaller triangle is bad; 0: no limit, as in the paper                   */\n",
+    "    int reshape;             /* 1: a bad triangle becomes equilateral about its particle; 0: it is removed         */\n",
+    "    float merge_distance;    /* of two particles of one side that are nearer, the younger is removed; 0: never     */\n",
+    "    int keep_thin;           /* 1: springls of a sheet too thin for phi stay; 0: they are removed, as in the paper */\n",
     "\n",
     "    /* resample: section 4.6 */\n",
-    "    int resample_period;     /* M of Algorithm 2                                                                */\n",
-    "    int resample_last;       /* 1: contract and resample when the level set has followed; 0: before (Algorithm 2) */\n",
-    "    float split_edge;        /* split at the longest edge when it is longer (section 4.6)                       */\n",
-    "    float split_area;        /* voxel^2; or when the area is larger (Table 2)                                   */\n",
-    "    springls_placement placement; /* of split and filled springls                                               */\n",
+    "    int resample_period;     /* M of Algorithm 2: steps from one resampling to the next                            */\n",
+    "    int resample_last;       /* 1: contract and resample after the level set has followed; 0: before (Algorithm 2) */\n",
+    "    float split_edge;        /* a triangle is split when its longest edge is longer (section 4.6)                  */\n",
+    "    float split_area;        /* voxel^2: or when its area is larger (Table 2)                                      */\n",
+    "    springls_placement placement; /* of split and filled springls                                                  */\n",
     "\n",
     "    /* level set: sections 4.4, 4.5 */\n",
-    "    float band_half_width;   /* phi is a distance within it, clamped a voxel beyond                             */\n",
-    "    float capture;           /* omega is clamped here (eq. 21; the paper: d_max)                                */\n",
-    "    int evolve_iterations;   /* Evolve and Rebuild pairs a step (Algorithm 2: 4)                                */\n",
-    "    float evolve_step;       /* delta t of eq. 23                                                               */\n",
-    "    float evolve_width;      /* half-width of the compact delta of eq. 23                                       */\n",
-    "    float curvature;         /* lambda of eq. 22                                                                */\n",
-    "    int predict;             /* 1: springls carry phi along; eq. 23 may be left out (evolve_iterations 0)       */\n",
-    "    int project_level_set;   /* 1: springls say side and value of phi near them, to second order; 0: the paper  */\n",
-    "    int nucleate;            /* 1: a voxel between the two sides of a thin sheet is inside, where the level set is\n",
-    "                                projected; 0: phi alone says so                                                 */\n",
-    "    int fill_from_springls;  /* 1: fill holes among springls first, the zero level's far from them; 0: the paper */\n",
-    "    int keep_edges;          /* 1: sides of a sharp edge are not averaged; 0: the paper                         */\n",
+    "    float band_half_width;   /* phi is a distance within it, and clamped one voxel beyond                          */\n",
+    "    float capture_range;     /* the unsigned distance omega is clamped here (eq. 21; the paper: d_max)             */\n",
+    "    int evolve_iterations;   /* pairs of evolve and rebuild in a step (Algorithm 2: 4)                             */\n",
+    "    float evolve_step;       /* delta t of eq. 23                                                                  */\n",
+    "    float evolve_width;      /* half-width of the compact delta of eq. 23                                          */\n",
+    "    float curvature;         /* lambda of eq. 22: positive smooths                                                 */\n",
+    "    int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */\n",
+    "    int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */\n",
+    "    int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */\n",
+    "    int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */\n",
+    "    int keep_edges;          /* 1: the sides of a sharp edge are not averaged; 0: the paper                        */\n",
     "    springls_topology topology;\n",
     "\n",
     "    /* track: section 4.7 */\n",
-    "    float nearest_rule;      /* take the nearest correspondence when it is further than this from the average   */\n",
-    "    int track_iterations;    /* projections on the original surface (eq. 26)                                    */\n",
-    "    float track_step;        /* lambda of eq. 26                                                                */\n",
+    "    float nearest_rule;      /* a filled springl takes the nearest correspondence, not the average, when the two are\n",
+    "                                further apart than this                                                            */\n",
+    "    int track_iterations;    /* steps of eq. 26 towards the original surface                                       */\n",
+    "    float track_step;        /* lambda of eq. 26                                                                   */\n",
     "\n",
     "    /* advect: section 4.2 */\n",
-    "    int vertex_velocity;     /* 1: every vertex moves with its own velocity, but pressure and curvature push the\n",
-    "                                springl as a whole; 0: all with the particle's (eq. 2)                           */\n",
-    "    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does              */\n",
+    "    int vertex_velocity;     /* 1: every vertex moves with the velocity at its own place, while pressure and curvature\n",
+    "                                move the springl as a whole; 0: all move with the particle's (eq. 2)               */\n",
+    "    int half_time_sampling;  /* 1: RK4 samples time over half a step, as the author's program does                 */\n",
     "\n",
     "    /* after a step */\n",
-    "    int volume_lock;         /* 1: every component keeps its volume by an offset of its surface; 0: the paper   */\n",
+    "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
     "\n",
-    "    /* initial springls from a level set or shape */\n",
-    "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4, which divide a brick             */\n",
-    "    int project_initial;     /* 1: move particles and vertices onto the zero level                              */\n",
+    "    /* initial springls of a level set or shape */\n",
+    "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
+    "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1254 \"springls.h\"\n",
+    "#line 1476 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -14837,7 +15071,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 1328 \"springls.h\"\n",
+    "#line 1550 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "typedef struct springls__v3 { float x, y, z; } springls__v3;\n",
@@ -14853,7 +15087,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 1345 \"springls.h\"\n",
+    "#line 1567 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -14868,7 +15102,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1362 \"springls.h\"\n",
+    "#line 1584 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -14992,7 +15226,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1486 \"springls.h\"\n",
+    "#line 1708 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -15018,7 +15252,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 1513 \"springls.h\"\n",
+    "#line 1735 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the target, OpenCL\n",
     "   has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a single number in\n",
     "   the same order: the bits are the same for every width. */\n",
@@ -15165,7 +15399,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 1661 \"springls.h\"\n",
+    "#line 1883 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15180,7 +15414,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 1678 \"springls.h\"\n",
+    "#line 1900 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -15304,13 +15538,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 1802 \"springls.h\"\n",
+    "#line 2024 \"springls.h\"\n",
     "\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ...: places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 1809 \"springls.h\"\n",
+    "#line 2031 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -15322,7 +15556,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 1822 \"springls.h\"\n",
+    "#line 2044 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15337,7 +15571,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 1839 \"springls.h\"\n",
+    "#line 2061 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15381,7 +15615,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 1885 \"springls.h\"\n",
+    "#line 2107 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15396,7 +15630,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 1902 \"springls.h\"\n",
+    "#line 2124 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -15440,7 +15674,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 1946 \"springls.h\"\n",
+    "#line 2168 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to some other point: bary are its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -15512,7 +15746,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2019 \"springls.h\"\n",
+    "#line 2241 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15527,7 +15761,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2035 \"springls.h\"\n",
+    "#line 2257 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15586,7 +15820,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2095 \"springls.h\"\n",
+    "#line 2317 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -15601,7 +15835,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2111 \"springls.h\"\n",
+    "#line 2333 \"springls.h\"\n",
     "/* springl_body.h - the record of a springl, and of several at once, lane by lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -15660,7 +15894,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (k = 0; k < 16; k++) to[k] = number[k][lane];\n",
     "    }\n",
     "}\n",
-    "#line 2171 \"springls.h\"\n",
+    "#line 2393 \"springls.h\"\n",
     "/* model.h - what the code of one element may see of a model: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* The constellation: arrays of `count` elements each. */\n",
@@ -15705,7 +15939,7 @@ static const char *const springls__kernel_lines[] = {
     "    int active_count, free_count, slot_count;\n",
     "    SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */\n",
     "    SPRINGLS__GLOBAL float *phi_next;\n",
-    "    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */\n",
+    "    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */\n",
     "    SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */\n",
     "    float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */\n",
     "} springls__grid;\n",
@@ -15903,7 +16137,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->reference.far_value = shape.reference_far_value;\n",
     "    model->cells.bounding_radius = shape.bounding_radius;\n",
     "}\n",
-    "#line 2415 \"springls.h\"\n",
+    "#line 2637 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   A voxel outside the domain counts as outside the object, at the mirrored distance of the voxel at the border: the\n",
@@ -16167,7 +16401,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + 8 * (d / 9 - 1);\n",
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
-    "#line 2680 \"springls.h\"\n",
+    "#line 2902 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16182,7 +16416,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2696 \"springls.h\"\n",
+    "#line 2918 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16194,7 +16428,7 @@ static const char *const springls__kernel_lines[] = {
     "    float s = n * springls__cospi(time / period);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
-    "#line 2709 \"springls.h\"\n",
+    "#line 2931 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16209,7 +16443,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2725 \"springls.h\"\n",
+    "#line 2947 \"springls.h\"\n",
     "/* advect_body.h - the velocity of the deformation test (section 5.2), at one point and at several. */\n",
     "\n",
     "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; s(t) = cos(pi t / T). */\n",
@@ -16221,7 +16455,7 @@ static const char *const springls__kernel_lines[] = {
     "    float s = n * springls__cospi(time / period);\n",
     "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * s, -s2x * sy * sy * s2z * s, -s2x * s2y * sz * sz * s);\n",
     "}\n",
-    "#line 2738 \"springls.h\"\n",
+    "#line 2960 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__rotation_velocity(springls__v3 x, springls__v3 center, springls__v3 axis, float omega)\n",
@@ -16419,7 +16653,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3248 \"springls.h\"\n",
+    "#line 3470 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
@@ -16465,12 +16699,12 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "\n",
-    "/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */\n",
+    "/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */\n",
     "SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,\n",
     "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const float capture = model->params.capture;\n",
+    "    const float capture = model->params.capture_range;\n",
     "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
     "    int origin[3], v, y, z;\n",
@@ -16512,7 +16746,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 3342 \"springls.h\"\n",
+    "#line 3564 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -16622,7 +16856,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 3453 \"springls.h\"\n",
+    "#line 3675 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -16702,7 +16936,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 3534 \"springls.h\"\n",
+    "#line 3756 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -16730,7 +16964,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 3563 \"springls.h\"\n",
+    "#line 3785 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16745,7 +16979,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3580 \"springls.h\"\n",
+    "#line 3802 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -16913,7 +17147,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
     "}\n",
-    "#line 3750 \"springls.h\"\n",
+    "#line 3972 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -16928,7 +17162,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3767 \"springls.h\"\n",
+    "#line 3989 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -17096,7 +17330,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)((SPRINGLS__GLOBAL springls__springl *)model->scratch[1], first, s);\n",
     "}\n",
-    "#line 3935 \"springls.h\"\n",
+    "#line 4157 \"springls.h\"\n",
     "\n",
     "/* Does one iteration of Algorithm 1 for springl i: from S to SCRATCH1. A masked one stays as it is. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__job job, int i)\n",
@@ -17132,7 +17366,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3972 \"springls.h\"\n",
+    "#line 4194 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -17158,7 +17392,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 3999 \"springls.h\"\n",
+    "#line 4221 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -17227,7 +17461,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 4069 \"springls.h\"\n",
+    "#line 4291 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -17280,7 +17514,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 4123 \"springls.h\"\n",
+    "#line 4345 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -17454,7 +17688,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 4298 \"springls.h\"\n",
+    "#line 4520 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -17576,7 +17810,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 4421 \"springls.h\"\n",
+    "#line 4643 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. Wide enough for a few springls to average at every voxel. */\n",
@@ -17592,7 +17826,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 4438 \"springls.h\"\n",
+    "#line 4660 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. Without a guard, as it\n",
     "   stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17607,7 +17841,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4455 \"springls.h\"\n",
+    "#line 4677 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17618,7 +17852,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4468 \"springls.h\"\n",
+    "#line 4690 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   Without a guard, as it stands before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -17633,7 +17867,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4485 \"springls.h\"\n",
+    "#line 4707 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -17644,7 +17878,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 4496 \"springls.h\"\n",
+    "#line 4718 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -17743,7 +17977,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 4596 \"springls.h\"\n",
+    "#line 4818 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -18153,7 +18387,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 5007 \"springls.h\"\n",
+    "#line 5229 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -18251,7 +18485,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 5106 \"springls.h\"\n",
+    "#line 5328 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -18357,7 +18591,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 5213 \"springls.h\"\n",
+    "#line 5435 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -18532,7 +18766,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const float capture = model->params.capture;\n",
+    "    const float capture = model->params.capture_range;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int y, z, row, v, o[3];\n",
@@ -18562,7 +18796,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */\n",
     "SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)\n",
     "{\n",
-    "    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;\n",
+    "    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;\n",
     "}\n",
     "\n",
     "/* The side becomes the sign of the distance. */\n",
@@ -18578,7 +18812,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 5435 \"springls.h\"\n",
+    "#line 5657 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -18651,7 +18885,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5509 \"springls.h\"\n",
+    "#line 5731 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -18746,7 +18980,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 5605 \"springls.h\"\n",
+    "#line 5827 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin sheet). One\n",
@@ -18895,7 +19129,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 5755 \"springls.h\"\n",
+    "#line 5977 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -19260,7 +19494,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 6121 \"springls.h\"\n",
+    "#line 6343 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -19447,7 +19681,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 6309 \"springls.h\"\n",
+    "#line 6531 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -19576,7 +19810,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 6439 \"springls.h\"\n",
+    "#line 6661 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -19673,7 +19907,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 6537 \"springls.h\"\n",
+    "#line 6759 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -19939,7 +20173,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 6804 \"springls.h\"\n",
+    "#line 7026 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -20017,7 +20251,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 20021 \"springls.h\"\n",
+    "#line 20255 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
@@ -20569,7 +20803,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (!springls__grid_contains(g, x, y, z)) return 0;\n",
     "    slot = springls__slot_at(g, x, y, z);\n",
     "    v = (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z);\n",
-    "    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture) return 0;\n",
+    "    if (slot < SPRINGLS__FIRST_SLOT || g->omega[v] >= model->params.capture_range) return 0;\n",
     "    return g->phi[v] > 0.0f ? 1 : -1;\n",
     "}\n",
     "\n",

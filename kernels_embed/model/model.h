@@ -52,7 +52,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     SPRINGLS__GLOBAL float *phi;        /* 512 a slot                                                           */
     SPRINGLS__GLOBAL float *phi_next;
-    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture; below 0: unknown */
+    SPRINGLS__GLOBAL float *omega;      /* distance to the springls, clamped at params.capture_range; below 0: unknown */
     SPRINGLS__GLOBAL uint32_t *cell;    /* CELLS a slot: springls of cell c are ids[cell[c]] .. ids[cell[c+1]-1] */
     float far_value;                    /* |phi| in the constant bricks and the clamp everywhere                */
 } springls__grid;

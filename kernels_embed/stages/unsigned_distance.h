@@ -48,12 +48,12 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 }
 
 
-/* Exact distance to the springls in an active brick, clamped at params.capture, where it is unknown. */
+/* Exact distance to the springls in an active brick, clamped at params.capture_range, where it is unknown. */
 SPRINGLS__MATHS void springls__omega_element(const springls__model *model, springls__job job, int i,
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool unknown = springls__omega_unknown(g, g->active[i]);
     int origin[3], v, y, z;

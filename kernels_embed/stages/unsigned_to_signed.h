@@ -178,7 +178,7 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__job job, int i, SPRINGLS__LOCAL float *side)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture;
+    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int y, z, row, v, o[3];
@@ -208,7 +208,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
 /* Foreground that no springl is near: which side such a region is on is asked of its surroundings. */
 SPRINGLS__MATHS bool springls__unsettled(const springls__model *model, size_t voxel)
 {
-    return model->grid.omega[voxel] >= model->params.capture && model->grid.phi[voxel] < 0.0f;
+    return model->grid.omega[voxel] >= model->params.capture_range && model->grid.phi[voxel] < 0.0f;
 }
 
 /* The side becomes the sign of the distance. */

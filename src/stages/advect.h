@@ -349,8 +349,8 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
         return springls__next_phase(ctx, 0);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
-    ctx->stats.moved = job->moved;
-    ctx->stats.moving = count ? (float)job->moving / (float)count : 0.0f;
+    ctx->stats.largest_displacement = job->moved;
+    ctx->stats.moving_share = count ? (float)job->moving / (float)count : 0.0f;
     springls__constellation_moved(ctx);
     if (ctx->neighbors_age >= 0) ctx->neighbors_age++;
     return SPRINGLS_OK;

@@ -238,7 +238,7 @@ FIXTURE springls_status fault_call(fault_life *life, int call)
     case 1: case 4: return springls_step(life->ctx, &life->fluid);
     case 2: return springls_step(life->ctx, &life->elastic);
     case 3:
-        p.capture = 2.2f;
+        p.capture_range = 2.2f;
         p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
         return springls_set_params(life->ctx, &p);
     case FAULT_QUERY:

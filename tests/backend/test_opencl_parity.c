@@ -447,7 +447,7 @@ FIXTURE springls_status disturb_with_parameters(springls_context *ctx, life *l, 
 {
     springls_params p = springls_get_params(ctx);
     (void)l;
-    p.capture = step % 2 ? 2.0f : 2.5f;
+    p.capture_range = step % 2 ? 2.0f : 2.5f;
     p.relax_iterations = 1 + step % 3;
     p.neighbor_radius = 0.6f + 0.1f * (float)(step % 2);
     p.evolve_iterations = step % 2 ? 4 : p.evolve_iterations;
@@ -504,12 +504,12 @@ TEST the_device_hands_out_its_springls(void)
     size_t bytes;
     int i, k;
     NEEDS_DEVICE();
-    ASSERT(springls_cl_springls(NULL) == NULL);
+    ASSERT(springls_cl_springl_buffer(NULL) == NULL);
     life_make(&l, LIFE_THIN);
     ctx = life_context(&l, parity_backend);
     ASSERT(ctx != NULL);
     ASSERT_OK(springls_step(ctx, &l.step));
-    memory = springls_cl_springls(ctx);
+    memory = springls_cl_springl_buffer(ctx);
     ASSERT(memory != NULL);
     bytes = (size_t)springls_count(ctx) * sizeof *there;
     there = (springls__springl *)malloc(bytes);
@@ -522,7 +522,7 @@ TEST the_device_hands_out_its_springls(void)
             ASSERT_EQ(((const float *)(const void *)((const char *)view.data + (size_t)i * view.stride))[k], (&there[i].q[0].x)[k]);
     free(there);
     springls_reset(ctx);
-    ASSERT(springls_cl_springls(ctx) == NULL);
+    ASSERT(springls_cl_springl_buffer(ctx) == NULL);
     springls_destroy(ctx);
     PASS();
 }

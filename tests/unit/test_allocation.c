@@ -87,9 +87,9 @@ static void frames(springls_context *ctx, const springls_step_desc *step, outcom
     size_t size;
     int i, number;
     count(o, ctx, springls_chunks_create(ctx, &desc, &chunks));
-    count(o, ctx, springls_snapshot(ctx, SPRINGLS_SNAPSHOT_ALL, NULL, 0, &size));
+    count(o, ctx, springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
     block = (char *)malloc(size);
-    count(o, ctx, springls_snapshot(ctx, SPRINGLS_SNAPSHOT_ALL, block, size, &size));
+    count(o, ctx, springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size));
     for (i = 0; i < 3; i++) {
         bool done = false;
         springls_status status = springls_step_begin(ctx, step);

@@ -451,7 +451,7 @@ TEST textures_keep_their_seam(void)
     double sum = 0.0;
     const d3 center = d3_make(15.7, 15.3, 15.6), moved = d3_make(1.7, 1.1, -0.6);
     ASSERT_OK(set_globe(ctx));
-    ASSERT_EQ(globe_count, springls_material_count(ctx));
+    ASSERT_EQ(globe_count, springls_material_triangle_count(ctx));
     ASSERT_OK(springls_find_seams(ctx, globe_points, POINTS, 0, globe, globe_count, globe_uv, 2, neighbors));
     ASSERT_OK(blown(ctx, 0.34f, 0.22f, -0.12f, 5));
     ASSERT_OK(springls_extract_mesh(ctx, &mesh));

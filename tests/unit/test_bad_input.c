@@ -448,7 +448,7 @@ TEST strange_fields(void)
     forces.velocity_grid.grid.origin[0] = 1e9; /* one sample, far away, holds everywhere */
     data[0] = 0.3f;
     ASSERT_OK(springls_step(ctx, &step));
-    ASSERT_IN_RANGE(0.15, springls_get_stats(ctx).moved, 1e-5);
+    ASSERT_IN_RANGE(0.15, springls_get_stats(ctx).largest_displacement, 1e-5);
     springls_destroy(ctx);
     PASS();
 }
@@ -524,13 +524,13 @@ TEST any_parameters(int seed)
     p.split_area = fixture_between(0.4f, 4.0f);
     p.placement = (springls_placement)(fixture_bits() % 2u);
     p.band_half_width = fixture_between(2.0f, 6.0f);
-    p.capture = fixture_between(0.3f, 6.0f);
+    p.capture_range = fixture_between(0.3f, 6.0f);
     p.evolve_iterations = (int)(fixture_bits() % 6u);
     p.evolve_step = fixture_between(0.0f, 1.0f);
     p.evolve_width = fixture_between(0.5f, 3.0f);
     p.curvature = fixture_between(-0.2f, 0.2f);
     p.project_level_set = (int)(fixture_bits() % 2u);
-    p.predict = (int)(fixture_bits() % 2u);
+    p.carry_level_set = (int)(fixture_bits() % 2u);
     p.keep_edges = (int)(fixture_bits() % 2u);
     p.topology = (springls_topology)(fixture_bits() % 2u);
     p.nearest_rule = fixture_between(0.0f, 4.0f);

@@ -110,7 +110,7 @@ TEST parameters_are_checked(void)
         INT(weight), INT(torque), FLOAT(sharpness), FLOAT(kappa_int), FLOAT(kappa_ext), FLOAT(relax_step_length),
         FLOAT(relax_step_rotation), FLOAT(contract_distance), FLOAT(min_angle), FLOAT(max_angle), FLOAT(min_area),
         FLOAT(merge_distance), INT(resample_period), FLOAT(split_edge), FLOAT(split_area), INT(placement),
-        FLOAT(band_half_width), FLOAT(capture), INT(evolve_iterations), FLOAT(evolve_step), FLOAT(evolve_width),
+        FLOAT(band_half_width), FLOAT(capture_range), INT(evolve_iterations), FLOAT(evolve_step), FLOAT(evolve_width),
         FLOAT(curvature), INT(topology), FLOAT(nearest_rule), INT(track_iterations), FLOAT(track_step), INT(initial_stride)
     };
 #undef FLOAT

@@ -205,7 +205,7 @@ static springls_status end_by(scene *s, ender which)
         if (status == SPRINGLS_OK) status = springls_chunks_update(ctx, chunks, &changed, &count);
         springls_chunks_destroy(ctx, chunks);
         return status;
-    case BY_SNAPSHOT: return springls_snapshot(ctx, SPRINGLS_SNAPSHOT_ALL, NULL, 0, &size);
+    case BY_SNAPSHOT: return springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size);
     case BY_OFFSET: return springls_offset(ctx, 0.5f);
     case BY_COMBINING: return springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &bite);
     case BY_ATTRIBUTE: return springls_add_attribute(ctx, &heat, NULL, NULL);

@@ -98,7 +98,7 @@ static uint64_t digest(springls_context *ctx)
     numbers[2] = (double)stats.removed;
     numbers[3] = (double)stats.steps;
     numbers[4] = (double)stats.at_edges;
-    numbers[5] = (double)springls_material_count(ctx);
+    numbers[5] = (double)springls_material_triangle_count(ctx);
     hash = springls__hash(hash, numbers, sizeof numbers);
     memset(hits, 0, sizeof hits);
     if (springls_count(ctx) && springls_closest(ctx, points, 3, hits) != SPRINGLS_OK) return 0;
@@ -127,8 +127,8 @@ TEST it_goes_on_to_the_bit(int which)
         uint64_t end;
         ASSERT_OK(scene_begin(&s, which, NULL, fixture_backend(), 0));
         ASSERT_OK(steps(&s, k));
-        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_ALL, &all));
-        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_FRAME, &frame));
+        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &all));
+        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &frame));
         ASSERT_LT(frame.size, all.size);
         ASSERT_OK(steps(&s, 4));
         end = digest(s.ctx);
@@ -161,14 +161,14 @@ TEST blocks_say_the_same_again(int which)
     for (i = 0; i < 4; i++) {
         ASSERT_OK(steps(&s, 1));
         ASSERT_OK(steps(&plain, 1));
-        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_FRAME, &first));
+        ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &first));
         free(first.bytes);
         ASSERT_EQ(digest(plain.ctx), digest(s.ctx));
     }
-    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_ALL, &first));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &first));
     ASSERT_OK(scene_begin(&other, which, NULL, NULL, 1));
     ASSERT_OK(springls_restore(other.ctx, first.bytes, first.size));
-    ASSERT_OK(take(other.ctx, SPRINGLS_SNAPSHOT_ALL, &again));
+    ASSERT_OK(take(other.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &again));
     ASSERT_EQ(first.size, again.size);
     ASSERT(memcmp(first.bytes, again.bytes, first.size) == 0);
     springls_destroy(s.ctx);
@@ -185,7 +185,7 @@ TEST nothing_is_kept_as_nothing(void)
     scene s, other;
     block b;
     ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 1));
-    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_ALL, &b));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
     ASSERT_OK(scene_begin(&other, FLUID, NULL, fixture_backend(), 0));
     ASSERT_OK(springls_restore(other.ctx, b.bytes, b.size));
     ASSERT_EQ(0, springls_count(other.ctx));
@@ -216,7 +216,7 @@ TEST damage_is_refused(void)
     ASSERT_OK(scene_begin(&s, LOCKED, NULL, fixture_backend(), 0));
     ASSERT_OK(steps(&s, 2));
     before = springls_state_hash(s.ctx);
-    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_ALL, &b));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
     bytes = (unsigned char *)b.bytes;
     ASSERT_OK(steps(&s, 1));
     before = springls_state_hash(s.ctx);
@@ -253,7 +253,7 @@ static void seal(void *bytes, size_t size)
 TEST lies_are_refused(int frame)
 {
     static const uint32_t words[] = { 0u, 1u, 0x7fffffffu, 0x80000000u, 0xffffffffu, 0x7fc00000u, 0x10000u };
-    springls_snapshot_kind kind = frame ? SPRINGLS_SNAPSHOT_FRAME : SPRINGLS_SNAPSHOT_ALL;
+    springls_snapshot_kind kind = frame ? SPRINGLS_SNAPSHOT_KIND_FRAME : SPRINGLS_SNAPSHOT_KIND_ALL;
     scene s;
     block b;
     char *bytes;
@@ -303,8 +303,8 @@ TEST strangers_are_refused(void)
     ASSERT_OK(springls_create(&desc, &moved));
     ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
     ASSERT_OK(scene_begin(&other, EDGES, NULL, fixture_backend(), 0));
-    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_ALL, &all));
-    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_FRAME, &frame));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &all));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &frame));
     CHECK_CALL(is_refused(larger, all.bytes, all.size, springls_state_hash(larger)));
     CHECK_CALL(is_refused(moved, all.bytes, all.size, springls_state_hash(moved)));
     CHECK_CALL(is_refused(other.ctx, frame.bytes, frame.size, springls_state_hash(other.ctx)));
@@ -317,11 +317,11 @@ TEST strangers_are_refused(void)
     ASSERT_OK(springls_restore(s.ctx, frame.bytes, frame.size));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_restore(s.ctx, NULL, 100));
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_restore(NULL, all.bytes, all.size));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(s.ctx, SPRINGLS_SNAPSHOT_ALL, all.bytes, all.size - 1, &size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, all.bytes, all.size - 1, &size));
     ASSERT_EQ(all.size, size);
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(s.ctx, (springls_snapshot_kind)7, NULL, 0, &size));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(s.ctx, SPRINGLS_SNAPSHOT_ALL, NULL, 0, NULL));
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(NULL, SPRINGLS_SNAPSHOT_ALL, NULL, 0, &size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot(NULL, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
     springls_destroy(s.ctx);
     springls_destroy(other.ctx);
     springls_destroy(larger);
@@ -341,7 +341,7 @@ TEST memory_may_run_out(void)
     int k, failed = 0;
     ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
     ASSERT_OK(steps(&s, 4));
-    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_ALL, &b));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
     for (k = 0; k < 60; k++) {
         springls_desc desc = fixture_desc(SIZE, NULL);
         springls_context *ctx;
@@ -383,7 +383,7 @@ TEST restore_drops_the_step(void)
     bool done;
     int i;
     ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
-    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_FRAME, &b));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &b));
     ASSERT_OK(steps(&s, 3));
     end = digest(s.ctx);
     ASSERT_OK(springls_step_begin(s.ctx, &s.step));
@@ -415,7 +415,7 @@ TEST values_may_overflow(void)
     view = springls_view_attribute(ctx, 0);
     for (i = 0; i < view.count; i++) infinite += !(view.data[i] <= FLT_MAX);
     ASSERT_GT(infinite, 0);
-    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_ALL, &b));
+    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
     ASSERT_OK(springls_reset(ctx));
     ASSERT_OK(springls_restore(ctx, b.bytes, b.size));
     view = springls_view_attribute(ctx, 0);

@@ -67,7 +67,7 @@ TEST omega_is_the_distance(int which)
     springls_context *ctx;
     springls__grid *g;
     int i, v, met = 0;
-    p.capture = which == 2 ? 3.5f : 2.0f;
+    p.capture_range = which == 2 ? 3.5f : 2.0f;
     ctx = fixture_context(20, &p);
     g = &ctx->model.grid;
     fixture_seed(33);
@@ -80,7 +80,7 @@ TEST omega_is_the_distance(int which)
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v += 3) {
             d3 x = d3_make(o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6));
             double d = fixture_distance(ctx, x);
-            if (d > (double)p.capture) d = (double)p.capture;
+            if (d > (double)p.capture_range) d = (double)p.capture_range;
             else met++;
             ASSERT_IN_RANGE(d, g->omega[g->active[i] * SPRINGLS__BRICK_VOXELS + v], 2e-5);
         }
@@ -121,7 +121,7 @@ TEST capture_may_change(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 5.0f);
     springls_params p = springls_get_params(ctx);
-    p.capture = 1.25f;
+    p.capture_range = 1.25f;
     ASSERT_OK(springls_set_params(ctx, &p));
     ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     ASSERT_EQ(1.25f, springls__grid_voxel(&ctx->model.grid, ctx->model.grid.omega, 0, 0, 0));
