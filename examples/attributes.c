@@ -3,13 +3,11 @@
  * taken back to its place at the start by the exact flow, and asked what it should have there. Three ways to have a texture are
  * compared: channels that springls carry, places on the original mesh at which it is looked up (material coordinates), and
  * texture coordinates with a seam. */
-#define SPRINGLS_IMPLEMENTATION
+#include "base/json.h"
+#include "base/progress.h"
+#include "springls/benchmark.h"
+#include "springls/run_options.h"
 #include "springls_cl.h"
-
-#include "common/benchmark.h"
-#include "common/json.h"
-#include "common/progress.h"
-#include "common/run_options.h"
 
 #include <math.h>
 #include <stdio.h>

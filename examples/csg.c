@@ -1,14 +1,12 @@
 /* csg.c - solids made of solids: union, intersection and difference of two, and one grown, shrunk, smoothed or made over with
  * springls of even size. Solids are mesh files or ready-made shapes; colours of their vertices are carried along and come out
  * with the result. */
-#define SPRINGLS_IMPLEMENTATION
+#include "base/json.h"
+#include "base/progress.h"
+#include "springls/model_pictures.h"
+#include "springls/run_options.h"
 #include "springls_cl.h"
-
-#include "common/json.h"
-#include "common/mesh_io.h"
-#include "common/model_pictures.h"
-#include "common/progress.h"
-#include "common/run_options.h"
+#include "surface/mesh_io.h"
 
 #include <math.h>
 #include <stdio.h>

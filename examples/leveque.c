@@ -1,9 +1,7 @@
 /* leveque.c - LeVeque's deformation test (paper, sections 5.2 to 5.5): a flow draws a sphere out into a thin disk and, time
  * being reversed at T/2, back again. Domain [0,1]^3, voxel i at i/N; sphere of radius 0.15 at (0.35, 0.35, 0.35). */
-#define SPRINGLS_IMPLEMENTATION
-#include "springls_cl.h"
-
-#include "common/benchmark.h"
+#include "springls.h"
+#include "springls/benchmark.h"
 
 #include <math.h>
 #include <string.h>

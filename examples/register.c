@@ -5,19 +5,17 @@
  *   register fixed.nii.gz moving.nii.gz --field deformationField.nii.gz --out result     # of another program
  *
  * The field takes points of the fixed image to the moving one, so the moving image, read at the places that the field says,
- * looks like the fixed one. Method: common/register.h. Files: common/field.h, which says how ITK and elastix see them. */
-#define SPRINGLS_IMPLEMENTATION
-#include "springls_cl.h"
-
-#include "common/field.h"
-#include "common/json.h"
-#include "common/metrics.h"
-#include "common/points.h"
-#include "common/progress.h"
-#include "common/register.h"
-#include "common/run_options.h"
-#include "common/slices.h"
-#include "common/vec3.h"
+ * looks like the fixed one. Method: registration/register.h. Files: registration/field.h, with the conventions of ITK and elastix. */
+#include "base/json.h"
+#include "base/progress.h"
+#include "base/vec3.h"
+#include "imaging/overlap.h"
+#include "imaging/slices.h"
+#include "registration/field.h"
+#include "registration/points.h"
+#include "registration/register.h"
+#include "springls.h"
+#include "springls/run_options.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -217,9 +215,9 @@ static bool compare_labels(struct run *run)
         good = no_memory();
     } else {
         field_warp_labels(&still, &moving, moved);
-        run->dice_before = metrics_overlap(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
+        run->dice_before = overlap_labels(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
         field_warp_labels(&run->forward, &moving, moved);
-        run->dice_after = metrics_overlap(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
+        run->dice_after = overlap_labels(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
         run->has_labels = true;
         field_free(&still);
     }

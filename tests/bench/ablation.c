@@ -10,7 +10,7 @@
 #include "motion.h"
 #include "table.h"
 
-#include "examples/common/run_options.h"
+#include "examples/common/springls/run_options.h"
 
 #include <math.h>
 #include <stddef.h>

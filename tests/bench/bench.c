@@ -11,7 +11,7 @@
 #include "runs.h"
 #include "table.h"
 
-#include "examples/common/progress.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdlib.h>

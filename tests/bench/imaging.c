@@ -9,7 +9,7 @@
  * exit status is 1. */
 #include "imaging.h"
 
-#include "examples/common/cli.h"
+#include "examples/common/base/cli.h"
 
 #include <stdio.h>
 #include <stdlib.h>

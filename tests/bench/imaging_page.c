@@ -2,7 +2,7 @@
 #include "imaging.h"
 #include "table.h"
 
-#include "examples/common/page.h"
+#include "examples/common/base/page.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

@@ -1,12 +1,11 @@
 /* motion.c - one motion, run and measured, in any of three orders of the axes. */
 #define _POSIX_C_SOURCE 200809L
-#define SPRINGLS_IMPLEMENTATION
 #include "springls_cl.h"
 
 #include "motion.h"
 
-#include "examples/common/bvh.h"
-#include "examples/common/progress.h"
+#include "examples/common/base/bvh.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdio.h>

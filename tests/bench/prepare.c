@@ -1,7 +1,7 @@
 /* prepare.c - prepare IN OUT.nii.gz [--voxel MM] [--mirror] [--labels] [--above L]: an image on coarser cubes, its mirror
  * image, a mask of it. What make imaging has of one head, where a pipeline wants two images. */
-#include "../../examples/common/cli.h"
-#include "../../examples/common/segment_image.h"
+#include "../../examples/common/base/cli.h"
+#include "../../examples/common/imaging/segment_image.h"
 
 #include <math.h>
 #include <stdio.h>

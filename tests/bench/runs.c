@@ -1,7 +1,7 @@
 #define _DEFAULT_SOURCE /* wait4 */
 #include "runs.h"
 
-#include "examples/common/progress.h"
+#include "examples/common/base/progress.h"
 
 #include <errno.h>
 #include <fcntl.h>

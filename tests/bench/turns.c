@@ -1,13 +1,13 @@
 /* turns GRID TURNS paper|default THREADS - Zalesak's notched sphere turned TURNS times, 628 steps a turn, measured after
  * every turn (paper, Fig. 14): arrays of errors in voxels and of volume changes. One JSON object on stdout. */
-#define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 
-#include "examples/common/json.h"
-#include "examples/common/progress.h"
+#include "examples/common/base/json.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #ifdef _OPENMP
 #include <omp.h>
 #endif

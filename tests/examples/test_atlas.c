@@ -20,11 +20,8 @@ int main(int argc, char **argv)
 
 #else
 
-#define SPRINGLS_IMPLEMENTATION
-#include "../../springls_cl.h"
-
-#include "../../examples/common/atlas.h"
-#include "../../examples/common/mesh_io.h"
+#include "../../examples/atlas/atlas.h"
+#include "../../examples/common/surface/mesh_io.h"
 #include "bench/vtk_image.h"
 
 #include <stdlib.h>
@@ -479,7 +476,7 @@ static enum greatest_test_res segment_an_ellipsoid(bool learned)
     const struct atlas_stage *last = &run.results[ATLAS_STAGES - 1];
     ASSERT(last->compared && last->dice > 0.95 && last->mean_distance < 0.5);
     ASSERT(last->dice > run.results[0].dice);
-    const struct atlas_mesh *surface = &run.stages[ATLAS_STAGES - 1];
+    const struct shape_mesh *surface = &run.stages[ATLAS_STAGES - 1];
     int right = 0, counted = 0;
     for (int v = 0; v < surface->vertex_count; ++v) { /* regions have arrived: by the side of the middle */
         const float x = surface->positions[3 * v] - center[0];

@@ -19,22 +19,18 @@ int main(int argc, char **argv)
 
 #else
 
-#define SPRINGLS_STATIC
-/* These stand on the library, which is private to this file. */
+/* The program, whose inner functions are called here. */
 #define main segment_main
-#include "../../examples/segment.c"
+#include "../../examples/segment/segment.c"
 #undef main
-#include "../../examples/common/model_pictures.c"
-#include "../../examples/common/run_options.c"
-#include "../../examples/common/segment_forces.c"
-#include "../../examples/common/segment_input.c"
-#include "../../examples/common/segment_level_set.c"
-#include "../../examples/common/segment_model.c"
-#include "../../examples/common/segment_output.c"
-#include "../../examples/common/segment_run.c"
+#include "../../examples/segment/forces.c"
+#include "../../examples/segment/input.c"
+#include "../../examples/segment/level_set.c"
+#include "../../examples/segment/output.c"
+#include "../../examples/segment/run.c"
 
-#include "../../examples/common/level_set.h"
-#include "../../examples/common/mirror.h"
+#include "../../examples/common/imaging/level_set.h"
+#include "../../examples/common/imaging/mirror.h"
 
 #include <unistd.h>
 

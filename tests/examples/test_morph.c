@@ -20,18 +20,17 @@ int main(int argc, char **argv)
 
 #else
 
-/* The program and what of examples/common stands on the library, which is private to this file. */
+/* The program, whose inner functions are called here. */
 #define main morph_main
-#include "../../examples/morph.c"
+#include "../../examples/morph/morph.c"
 #undef main
-#include "../../examples/common/morph_run.c"
-#include "../../examples/common/morph_gltf.c"
-#include "../../examples/common/morph_output.c"
-#include "../../examples/common/morph_rig.c"
-#include "../../examples/common/morph_solid.c"
-#include "../../examples/common/run_options.c"
+#include "../../examples/morph/run.c"
+#include "../../examples/morph/gltf.c"
+#include "../../examples/morph/output.c"
+#include "../../examples/morph/rig.c"
+#include "../../examples/morph/solid.c"
 
-#include "../../examples/common/apng.h"
+#include "../../examples/morph/apng.c"
 
 #include <assimp/cimport.h>
 #include <assimp/scene.h>

@@ -19,12 +19,12 @@ int main(int argc, char **argv)
 
 #else
 
-#include "../../examples/common/beat.h"
-#include "../../examples/common/field.h"
-#include "../../examples/common/points.h"
-#include "../../examples/common/register.h"
-#include "../../examples/common/vec3.h"
-#include "../../examples/common/vgrid.h"
+#include "../../examples/common/registration/beat.h"
+#include "../../examples/common/registration/field.h"
+#include "../../examples/common/registration/points.h"
+#include "../../examples/common/registration/register.h"
+#include "../../examples/common/base/vec3.h"
+#include "../../examples/common/registration/vgrid.h"
 
 #include <math.h>
 #include <nifti2_io.h>

@@ -21,10 +21,10 @@ int main(int argc, char **argv)
 
 #include "springls_under_test.h"
 
-#include "../../examples/common/segment_image.h"
+#include "../../examples/common/imaging/segment_image.h"
 /* These stand on the library, which is private to this file. */
-#include "../../examples/common/run_options.c"
-#include "../../examples/common/segment_model.c"
+#include "../../examples/common/springls/run_options.c"
+#include "../../examples/common/springls/segment_model.c"
 
 /* An image 12 x 10 x 8 with voxels of 1 x 2 x 3 mm, turned about z and mirrored in z. */
 static bool make_image(struct volume *image)

@@ -18,24 +18,23 @@ int main(int argc, char **argv)
 
 #else
 
-/* The program and what of examples/common stands on the library, which is private to this file. */
+/* The program, whose inner functions are called here. */
 #define main viewer_main
-#include "../../examples/viewer.c"
+#include "../../examples/viewer/viewer.c"
 #undef main
-#include "../../examples/common/run_options.c"
-#include "../../examples/common/viewer_app.c"
-#include "../../examples/common/viewer_bench.c"
-#include "../../examples/common/viewer_camera.c"
-#include "../../examples/common/viewer_file.c"
-#include "../../examples/common/viewer_gl.c"
-#include "../../examples/common/viewer_history.c"
-#include "../../examples/common/viewer_model.c"
-#include "../../examples/common/viewer_scene.c"
-#include "../../examples/common/viewer_script.c"
-#include "../../examples/common/viewer_solid.c"
-#include "../../examples/common/viewer_text.c"
-#include "../../examples/common/viewer_tools.c"
-#include "../../examples/common/viewer_window.c"
+#include "../../examples/viewer/app.c"
+#include "../../examples/viewer/bench.c"
+#include "../../examples/viewer/camera.c"
+#include "../../examples/viewer/file.c"
+#include "../../examples/viewer/gl.c"
+#include "../../examples/viewer/history.c"
+#include "../../examples/viewer/model.c"
+#include "../../examples/viewer/scene.c"
+#include "../../examples/viewer/script.c"
+#include "../../examples/viewer/solid.c"
+#include "../../examples/viewer/text.c"
+#include "../../examples/viewer/tools.c"
+#include "../../examples/viewer/window.c"
 
 #include <signal.h>
 #include <sys/wait.h>
