@@ -58,7 +58,7 @@ int main(int argc, char **argv)
     benchmark_option_table(&options, table);
     table[BENCHMARK_OPTION_COUNT] = own;
     const int status = cli_parse(&program, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     const int grid = options.common.grid > 0 ? options.common.grid : 128;

@@ -26,7 +26,7 @@ static bool read_window(const char *text, double window[2])
 static int build_main(int argc, char **argv)
 {
     static struct atlas_build build = {
-        .settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MOST_MODES, .samples = 100}};
+        .settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MAX_MODES, .samples = 100}};
     struct atlas_build_settings *set = &build.settings;
     const char *overrides = NULL;
     set->common = cli_common_defaults();
@@ -34,14 +34,14 @@ static int build_main(int argc, char **argv)
         {"landmarks", CLI_STRING, &set->landmarks, "DIR", "DIR/NAME.csv, lines x,y,z: corresponding places on subject NAME.*",
          0, 0, NULL},
         {"vertex-landmarks", CLI_INT, &set->vertex_landmarks, "K",
-         "instead: K vertices of meshes of the same triangles; 0: none, else 3 or more", 0, ATLAS_MOST_LANDMARKS, NULL},
+         "instead: K vertices of meshes of the same triangles; 0: none, else 3 or more", 0, ATLAS_MAX_LANDMARKS, NULL},
         {"images", CLI_STRING, &set->images, "PATH",
          "images with the label maps' names, or the one image: the atlas learns intensities", 0, 0, NULL},
         {"orientation", CLI_CHOICE, &set->orientation, NULL,
          "of the subjects; auto: by landmarks, else known for label maps, else searched", 0, 0, "auto|known|search"},
         {"rounds", CLI_INT, &set->rounds, "K", "the first starts from the first subject, others from the mean shape", 1, 10,
          NULL},
-        {"modes", CLI_INT, &set->modes, "K", "modes kept at most", 1, ATLAS_MOST_MODES, NULL},
+        {"modes", CLI_INT, &set->modes, "K", "modes kept at most", 1, ATLAS_MAX_MODES, NULL},
         {"keep-scale", CLI_FLAG, &set->keep_scale, NULL, "sizes are part of the model: alignment does not scale", 0, 0, NULL},
         {"mirror", CLI_FLAG, &set->mirror, NULL, "the subjects' mirror images: a right side from left ones", 0, 0, NULL},
         {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
@@ -58,15 +58,15 @@ static int build_main(int argc, char **argv)
                                         .positionals = &rest,
                                         .positional_count = 1,
                                         .repeated = &set->count,
-                                        .repeated_most = ATLAS_MOST_SUBJECTS};
+                                        .max_repeated = ATLAS_MAX_SUBJECTS};
     int status = cli_parse(&program, argc, argv);
-    if (status == CLI_GO_ON && set->vertex_landmarks > 0 && (set->landmarks || set->vertex_landmarks < 3)) {
+    if (status == CLI_CONTINUE && set->vertex_landmarks > 0 && (set->landmarks || set->vertex_landmarks < 3)) {
         status = cli_fail("atlas build", CLI_EXIT_USAGE, "--vertex-landmarks wants 3 or more, and no --landmarks");
     }
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = run_options("atlas build", &set->common, overrides, &build.params);
     }
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = atlas_build_run(&build) && atlas_build_output(&build) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
     }
     atlas_build_free(&build);
@@ -79,7 +79,7 @@ static int segment_main(int argc, char **argv)
                                                     .steps = 100}};
     struct atlas_segment_settings *set = &run.settings;
     const char *overrides = NULL, *window = NULL;
-    int labels[ATLAS_MOST_LABELS];
+    int labels[ATLAS_MAX_LABELS];
     set->common = cli_common_defaults();
     const struct cli_option options[] = {
         {"atlas", CLI_STRING, &set->atlas, "FILE", "atlas.json of atlas build", 0, 0, NULL},
@@ -89,7 +89,7 @@ static int segment_main(int argc, char **argv)
         {"window", CLI_STRING, &window, "LO,HI", "the object lies between LO and HI", 0, 0, NULL},
         {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level; 0: a tenth of the image's range", 0, 1e9,
          NULL},
-        {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted", 0, ATLAS_MOST_MODES, NULL},
+        {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted", 0, ATLAS_MAX_MODES, NULL},
         {"leash", CLI_DOUBLE, &set->leash, "MM",
          "how far springls may go from the fitted shape; 0: twice what the modes leave of a subject, or 0.05 of its size", 0,
          1e6, NULL},
@@ -112,18 +112,18 @@ static int segment_main(int argc, char **argv)
                                         .positionals = &image,
                                         .positional_count = 1};
     int status = cli_parse(&program, argc, argv);
-    if (status == CLI_GO_ON && !set->atlas) {
+    if (status == CLI_CONTINUE && !set->atlas) {
         status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--atlas FILE is missing");
-    } else if (status == CLI_GO_ON && window && (!read_window(window, set->window) || !isnan(set->level) || set->dark)) {
+    } else if (status == CLI_CONTINUE && window && (!read_window(window, set->window) || !isnan(set->level) || set->dark)) {
         status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--window wants LO,HI with LO < HI, and no --level or --dark");
-    } else if (status == CLI_GO_ON && set->label_text && (!set->reference || atlas_read_labels(set->label_text, labels) < 0)) {
+    } else if (status == CLI_CONTINUE && set->label_text && (!set->reference || atlas_read_labels(set->label_text, labels) < 0)) {
         status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--label wants whole numbers K+K2+..., and --reference");
     }
     set->windowed = window != NULL;
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = run_options("atlas segment", &set->common, overrides, &run.params);
     }
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED; /* one object, as the atlas has it */
         status = atlas_segment_run(&run) && atlas_segment_output(&run) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
     }

@@ -16,7 +16,7 @@
 #include "springls.h"
 #include "surface/surface_distances.h"
 
-enum { ATLAS_MOST_SUBJECTS = 256, ATLAS_MOST_MODES = 64, ATLAS_MOST_LANDMARKS = 64 };
+enum { ATLAS_MAX_SUBJECTS = 256, ATLAS_MAX_MODES = 64, ATLAS_MAX_LANDMARKS = 64 };
 
 struct atlas {
     struct shape_mesh mean;
@@ -24,7 +24,7 @@ struct atlas {
     int *regions;             /* label of the region a vertex lies in, 0: none known; never NULL */
     bool oriented;            /* made of label maps: its axes are the patient's, its place is the first subject's */
     double voxel;             /* side of the voxels that its springls were made on */
-    double generalisation;    /* mean distance of a subject left out from the model of the others; 0: unknown */
+    double generalization;    /* mean distance of a subject left out from the model of the others; 0: unknown */
     int subjects;
     /* Intensities along the normals, when images were given: `samples` places a vertex, `spacing` apart, the middle one on
      * the surface; means and deviations of intensities scaled to mean 0 and deviation 1 over each image. */
@@ -89,7 +89,7 @@ bool atlas_correspond(struct atlas_template *template, struct atlas_subject *sub
 /* atlas build */
 struct atlas_build_settings {
     struct cli_common common;
-    const char *names[ATLAS_MOST_SUBJECTS];
+    const char *names[ATLAS_MAX_SUBJECTS];
     int count;
     const char *images, *landmarks, *orientation;
     int rounds, modes, samples, vertex_landmarks;
@@ -153,8 +153,8 @@ float atlas_inside(const struct atlas_view *view, int v, float intensity);
 void atlas_shift_costs(const struct atlas_view *view, int v, const float place[3], const float normal[3], float spacing,
                        int shifts, float *costs);
 
-/* Mean cost of the mean shape's vertices (at most ATLAS_MOST_FEW) as they lie in a pose. */
-enum { ATLAS_MOST_FEW = 200 };
+/* Mean cost of the mean shape's vertices (at most ATLAS_MAX_FEW) as they lie in a pose. */
+enum { ATLAS_MAX_FEW = 200 };
 double atlas_surface_cost(const struct atlas_view *view, const struct similarity *pose, const int *vertices, int count,
                           const float *normals, float spacing);
 
@@ -162,7 +162,7 @@ double atlas_surface_cost(const struct atlas_view *view, const struct similarity
 
 struct atlas_placing {
     struct similarity pose;
-    double weights[ATLAS_MOST_MODES];
+    double weights[ATLAS_MAX_MODES];
     int modes;
     float *shape; /* the atlas's vertices in the image, mm */
 };
@@ -220,7 +220,7 @@ void atlas_segment_free(struct atlas_segment *run);
 bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part,
                          struct shape_mesh *mesh);
 int atlas_read_labels(const char *text, int *labels); /* "K[+K..]": how many, or -1 */
-enum { ATLAS_MOST_LABELS = 64 };
+enum { ATLAS_MAX_LABELS = 64 };
 
 /* One line on stderr; false, so that callers can return it. */
 bool atlas_fail(const char *format, ...)

@@ -37,9 +37,9 @@ static bool read_subjects(struct atlas_build *build)
 }
 
 /* Of meshes of the same triangles some vertices, far from each other, are told: they stand for marks set by hand. */
-static bool tell_vertices(struct atlas_build *build, int wanted)
+static bool choose_landmarks(struct atlas_build *build, int wanted)
 {
-    int chosen[ATLAS_MOST_LANDMARKS];
+    int chosen[ATLAS_MAX_LANDMARKS];
     if (!atlas_same_triangles(build)) {
         return atlas_fail("--vertex-landmarks is for meshes of the same triangles");
     }
@@ -199,7 +199,7 @@ bool atlas_build_run(struct atlas_build *build)
     if (!read_subjects(build)) {
         return false;
     }
-    if (set->vertex_landmarks > 0 && !tell_vertices(build, set->vertex_landmarks)) {
+    if (set->vertex_landmarks > 0 && !choose_landmarks(build, set->vertex_landmarks)) {
         return false;
     }
     const double read = elapsed_seconds();
@@ -215,7 +215,7 @@ bool atlas_build_run(struct atlas_build *build)
         || (set->count > 2 && !shape_curves_make(build->shapes, set->count, vertices, set->samples, &build->curves))) {
         return atlas_no_memory();
     }
-    atlas->generalisation = build->curves.modes > 0 ? build->curves.generalisation[build->curves.modes - 1] : 0.0;
+    atlas->generalization = build->curves.modes > 0 ? build->curves.generalization[build->curves.modes - 1] : 0.0;
     const bool good = vote_regions(build) && atlas_learn(build) && atlas_truth_measure(build);
     build->seconds = elapsed_seconds() - begin;
     return good;

@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CELLS = 32, MOST_CELLS = 64, CENTERS = 200, WARP_STEPS = 12, SETTLE_STEPS = 40 };
+enum { CELLS = 32, MAX_CELLS = 64, CENTERS = 200, WARP_STEPS = 12, SETTLE_STEPS = 40 };
 
 /* ---- template ---- */
 
@@ -138,7 +138,7 @@ bool atlas_template_create(const struct shape_mesh *from, bool open, bool cut, i
             lost = 0.0f;
         }
         template->cells = cells;
-        if (given || cells >= MOST_CELLS) {
+        if (given || cells >= MAX_CELLS) {
             lost = 0.0f;
         }
     }
@@ -169,7 +169,7 @@ void atlas_template_free(struct atlas_template *template)
 
 /* ---- forces ---- */
 
-struct way {
+struct motion {
     const springls_context *ctx;
     const struct target *target;
     const struct similarity *pose;
@@ -207,7 +207,7 @@ static bool invert(const float m[9], float out[9])
  * (M - 1) x + after(a) - M p with M = after' before'^-1. */
 static void displace(void *user, const float *points, const float *correspondences, int count, float time, float *out)
 {
-    const struct way *f = user;
+    const struct motion *f = user;
     (void)time;
     for (int i = 0; i < count; ++i, points += 3, correspondences += 3, out += 12) {
         float origin[3], from[3], to[3], voxel[3], old[9], inverse[9], new[9], m[9];
@@ -232,7 +232,7 @@ static void displace(void *user, const float *points, const float *correspondenc
 /* Towards the subject's surface, at most a voxel a unit of time. */
 static void press(void *user, const float *points, const float *normals, int count, float time, float *out)
 {
-    const struct way *f = user;
+    const struct motion *f = user;
     (void)normals;
     (void)time;
     for (int i = 0; i < count; ++i) {
@@ -261,17 +261,17 @@ static void look_at_centers(const struct atlas_template *template, float *now, f
     }
 }
 
-static bool move_like_a_mesh(struct atlas_template *template, struct way *way)
+static bool move_like_a_mesh(struct atlas_template *template, struct motion *motion)
 {
-    const springls_forces push = {.affine = displace, .user = way, .integrator = SPRINGLS_INTEGRATOR_EULER};
+    const springls_forces push = {.affine = displace, .user = motion, .integrator = SPRINGLS_INTEGRATOR_EULER};
     const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_ADVECT_ONLY, .dt = 1.0f, .one_to_one = true};
     const size_t count = 3 * (size_t)template->center_count;
     float *now = malloc(2 * count * sizeof *now);
     bool good = now || atlas_no_memory();
     for (int s = 0; good && s < WARP_STEPS; ++s) {
         look_at_centers(template, now, now + count);
-        good = ((warp_copy(&way->after, &way->before)
-                 && warp_fit(&way->after, way->target, way->pose, now, now + count, way->landmarks))
+        good = ((warp_copy(&motion->after, &motion->before)
+                 && warp_fit(&motion->after, motion->target, motion->pose, now, now + count, motion->landmarks))
                 || atlas_fail("the displacement's equations cannot be solved"))
             && atlas_check(template->ctx, springls_step(template->ctx, &step), "displacement");
     }
@@ -279,9 +279,9 @@ static bool move_like_a_mesh(struct atlas_template *template, struct way *way)
     return good;
 }
 
-static bool settle(struct atlas_template *template, struct way *way, int *steps)
+static bool run_to_rest(struct atlas_template *template, struct motion *motion, int *steps)
 {
-    const springls_forces push = {.pressure = press, .user = way, .integrator = SPRINGLS_INTEGRATOR_EULER};
+    const springls_forces push = {.pressure = press, .user = motion, .integrator = SPRINGLS_INTEGRATOR_EULER};
     const springls_step_desc step = {.forces = &push, .mode = SPRINGLS_MODE_FLUID, .dt = 0.5f, .max_displacement = 0.5f,
                                      .one_to_one = true};
     bool good = atlas_check(template->ctx, springls_unsigned_to_signed(template->ctx), "level set"), moving = true;
@@ -350,9 +350,9 @@ static void measure(const struct atlas_template *template, struct atlas_subject 
 
 bool atlas_correspond(struct atlas_template *template, struct atlas_subject *subject, enum orientation orientation)
 {
-    const struct cast cast = {template->center_points, template->center_normals, template->landmarks, template->center_count,
+    const struct fit_source source = {template->center_points, template->center_normals, template->landmarks, template->center_count,
                               template->landmark_count, template->size};
-    struct way way = {.ctx = template->ctx, .target = &subject->target, .pose = &subject->pose,
+    struct motion motion = {.ctx = template->ctx, .target = &subject->target, .pose = &subject->pose,
                       .landmarks = subject->landmarks, .voxel = (float)template->voxel};
     const size_t vertices = (size_t)template->mesh.vertex_count;
     free(subject->shape);
@@ -361,18 +361,18 @@ bool atlas_correspond(struct atlas_template *template, struct atlas_subject *sub
     if (!subject->shape) {
         return atlas_no_memory();
     }
-    if (!surface_register(&subject->target, &cast, orientation, subject->landmarks, &subject->pose, &subject->cost)) {
+    if (!surface_register(&subject->target, &source, orientation, subject->landmarks, &subject->pose, &subject->cost)) {
         return atlas_fail("%s: cannot be laid on the template", subject->name);
     }
-    bool good = warp_create(cast.points, cast.count, cast.landmarks, cast.landmark_count, cast.size, &way.before)
-             && warp_create(cast.points, cast.count, cast.landmarks, cast.landmark_count, cast.size, &way.after);
-    good = (good || atlas_no_memory()) && set_template(template) && move_like_a_mesh(template, &way)
-        && (template->open || settle(template, &way, &subject->steps)) && weld(template, subject->shape);
+    bool good = warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.before)
+             && warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.after);
+    good = (good || atlas_no_memory()) && set_template(template) && move_like_a_mesh(template, &motion)
+        && (template->open || run_to_rest(template, &motion, &subject->steps)) && weld(template, subject->shape);
     if (good) {
         measure(template, subject);
         similarity_apply_all(&subject->pose, subject->shape, vertices, subject->shape);
     }
-    warp_free(&way.before);
-    warp_free(&way.after);
+    warp_free(&motion.before);
+    warp_free(&motion.after);
     return good;
 }

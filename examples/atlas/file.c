@@ -17,23 +17,23 @@
 #include <string.h>
 
 static const char format_name[] = "springls atlas";
-enum { FORMAT_VERSION = 1, MOST_VERTICES = 50000000 };
+enum { FORMAT_VERSION = 1, MAX_VERTICES = 50000000 };
 
 /* One array of the raw file. */
-struct part {
+struct raw_array {
     const char *name;
     bool is_float;
     size_t count;
     void *data;
 };
 
-enum { MOST_PARTS = 6 };
+enum { MAX_ARRAYS = 6 };
 
-static int list_parts(const struct atlas *atlas, struct part *parts)
+static int list_arrays(const struct atlas *atlas, struct raw_array *arrays)
 {
     const size_t points = 3 * (size_t)atlas->mean.vertex_count,
                  samples = (size_t)atlas->mean.vertex_count * (size_t)atlas->samples;
-    const struct part all[MOST_PARTS] = {
+    const struct raw_array all[MAX_ARRAYS] = {
         {"mean", true, points, atlas->mean.positions},
         {"triangles", false, 3 * (size_t)atlas->mean.triangle_count, atlas->mean.triangles},
         {"regions", false, (size_t)atlas->mean.vertex_count, atlas->regions},
@@ -41,8 +41,8 @@ static int list_parts(const struct atlas *atlas, struct part *parts)
         {"profiles", true, samples, atlas->profiles},
         {"spreads", true, samples, atlas->spreads},
     };
-    memcpy(parts, all, sizeof all);
-    return atlas->samples > 0 ? MOST_PARTS : MOST_PARTS - 2;
+    memcpy(arrays, all, sizeof all);
+    return atlas->samples > 0 ? MAX_ARRAYS : MAX_ARRAYS - 2;
 }
 
 static void swap_words(unsigned char *words, size_t count)
@@ -61,17 +61,17 @@ static void swap_words(unsigned char *words, size_t count)
 
 /* ---- out ---- */
 
-static bool write_raw(const char *path, const struct part *parts, int count)
+static bool write_raw(const char *path, const struct raw_array *arrays, int count)
 {
     FILE *file = fopen(path, "wb");
     bool good = file != NULL;
     for (int p = 0; good && p < count; ++p) {
-        unsigned char *words = malloc(4 * parts[p].count + 1);
+        unsigned char *words = malloc(4 * arrays[p].count + 1);
         good = words != NULL;
         if (good) {
-            memcpy(words, parts[p].data, 4 * parts[p].count);
-            swap_words(words, parts[p].count);
-            good = fwrite(words, 4, parts[p].count, file) == parts[p].count;
+            memcpy(words, arrays[p].data, 4 * arrays[p].count);
+            swap_words(words, arrays[p].count);
+            good = fwrite(words, 4, arrays[p].count, file) == arrays[p].count;
         }
         free(words);
     }
@@ -84,12 +84,12 @@ static bool write_raw(const char *path, const struct part *parts, int count)
 bool atlas_write(const char *folder, const struct atlas *atlas)
 {
     char header[1024], raw[1024];
-    struct part parts[MOST_PARTS];
+    struct raw_array arrays[MAX_ARRAYS];
     struct json_writer json;
-    const int count = list_parts(atlas, parts);
+    const int count = list_arrays(atlas, arrays);
     run_path(folder, "atlas.json", header, sizeof header);
     run_path(folder, "atlas.raw", raw, sizeof raw);
-    if (!write_raw(raw, parts, count)) {
+    if (!write_raw(raw, arrays, count)) {
         return false;
     }
     if (!json_open(&json, header)) {
@@ -104,7 +104,7 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
     json_bool(&json, "patient_axes", atlas->oriented);
     json_integer(&json, "subjects", atlas->subjects);
     json_number(&json, "voxel_mm", atlas->voxel);
-    json_number(&json, "generalisation_mm", atlas->generalisation);
+    json_number(&json, "generalisation_mm", atlas->generalization);
     json_integer(&json, "vertices", atlas->mean.vertex_count);
     json_integer(&json, "triangles", atlas->mean.triangle_count);
     json_integer(&json, "modes", atlas->model.modes);
@@ -114,9 +114,9 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
     json_array_begin(&json, "arrays");
     for (int p = 0; p < count; ++p) {
         json_object_begin(&json, NULL);
-        json_string(&json, "name", parts[p].name);
-        json_string(&json, "type", parts[p].is_float ? "float32" : "int32");
-        json_integer(&json, "count", (int64_t)parts[p].count);
+        json_string(&json, "name", arrays[p].name);
+        json_string(&json, "type", arrays[p].is_float ? "float32" : "int32");
+        json_integer(&json, "count", (int64_t)arrays[p].count);
         json_object_end(&json);
     }
     json_array_end(&json);
@@ -126,17 +126,17 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
 
 /* ---- in ---- */
 
-static bool real(const cJSON *header, const char *key, double least, double most, double *value)
+static bool real(const cJSON *header, const char *key, double minimum, double maximum, double *value)
 {
     const cJSON *item = cJSON_GetObjectItemCaseSensitive(header, key);
     *value = cJSON_IsNumber(item) ? item->valuedouble : (double)NAN;
-    return *value >= least && *value <= most;
+    return *value >= minimum && *value <= maximum;
 }
 
-static bool whole(const cJSON *header, const char *key, int least, int most, int *value)
+static bool whole(const cJSON *header, const char *key, int minimum, int maximum, int *value)
 {
     double number;
-    const bool good = real(header, key, (double)least, (double)most, &number) && number == floor(number);
+    const bool good = real(header, key, (double)minimum, (double)maximum, &number) && number == floor(number);
     *value = good ? (int)number : 0;
     return good;
 }
@@ -153,12 +153,12 @@ static const char *read_scalars(const cJSON *header, struct atlas *atlas)
     if (!whole(header, "version", FORMAT_VERSION, FORMAT_VERSION, &version)) {
         return "another version of the format";
     }
-    if (!whole(header, "vertices", 3, MOST_VERTICES, &atlas->mean.vertex_count) ||
-        !whole(header, "triangles", 1, MOST_VERTICES, &atlas->mean.triangle_count) ||
-        !whole(header, "modes", 0, ATLAS_MOST_MODES, &atlas->model.modes) ||
+    if (!whole(header, "vertices", 3, MAX_VERTICES, &atlas->mean.vertex_count) ||
+        !whole(header, "triangles", 1, MAX_VERTICES, &atlas->mean.triangle_count) ||
+        !whole(header, "modes", 0, ATLAS_MAX_MODES, &atlas->model.modes) ||
         !whole(header, "profile_samples", 0, 1000, &atlas->samples) ||
         !whole(header, "subjects", 1, 1 << 30, &atlas->subjects) || !real(header, "voxel_mm", 0.0, 1e9, &atlas->voxel) ||
-        !real(header, "generalisation_mm", 0.0, 1e9, &atlas->generalisation) ||
+        !real(header, "generalisation_mm", 0.0, 1e9, &atlas->generalization) ||
         !real(header, "profile_spacing_mm", 0.0, 1e9, &atlas->spacing)) {
         return "a size is missing or out of range";
     }
@@ -180,14 +180,14 @@ static const char *read_scalars(const cJSON *header, struct atlas *atlas)
     return NULL;
 }
 
-static const char *check_values(const struct part *part, int vertices)
+static const char *check_values(const struct raw_array *array, int vertices)
 {
-    for (size_t i = 0; i < part->count; ++i) {
-        if (part->is_float && !isfinite(((const float *)part->data)[i])) {
+    for (size_t i = 0; i < array->count; ++i) {
+        if (array->is_float && !isfinite(((const float *)array->data)[i])) {
             return "a number is not finite";
         }
-        const int value = part->is_float ? 0 : ((const int *)part->data)[i];
-        if (strcmp(part->name, "triangles") == 0 && (value < 0 || value >= vertices)) {
+        const int value = array->is_float ? 0 : ((const int *)array->data)[i];
+        if (strcmp(array->name, "triangles") == 0 && (value < 0 || value >= vertices)) {
             return "a triangle has a vertex that is not there";
         }
     }
@@ -197,27 +197,27 @@ static const char *check_values(const struct part *part, int vertices)
 /* Sizes are compared with the file's before memory is asked for. NULL, or what is wrong. */
 static const char *read_raw(FILE *file, struct atlas *atlas)
 {
-    struct part parts[MOST_PARTS];
-    const int count = list_parts(atlas, parts);
-    void **places[MOST_PARTS] = {(void **)&atlas->mean.positions, (void **)&atlas->mean.triangles, (void **)&atlas->regions,
+    struct raw_array arrays[MAX_ARRAYS];
+    const int count = list_arrays(atlas, arrays);
+    void **places[MAX_ARRAYS] = {(void **)&atlas->mean.positions, (void **)&atlas->mean.triangles, (void **)&atlas->regions,
                                  (void **)&atlas->model.mode, (void **)&atlas->profiles, (void **)&atlas->spreads};
     size_t words = 0;
     for (int p = 0; p < count; ++p) {
-        words += parts[p].count;
+        words += arrays[p].count;
     }
     if (fseek(file, 0, SEEK_END) != 0 || ftell(file) != (long)(4 * words) || fseek(file, 0, SEEK_SET) != 0) {
         return "its size is not what the header says";
     }
     for (int p = 0; p < count; ++p) {
-        parts[p].data = *places[p] = malloc(4 * parts[p].count + 4);
-        if (!parts[p].data) {
+        arrays[p].data = *places[p] = malloc(4 * arrays[p].count + 4);
+        if (!arrays[p].data) {
             return "not enough memory";
         }
-        if (fread(parts[p].data, 4, parts[p].count, file) != parts[p].count) {
+        if (fread(arrays[p].data, 4, arrays[p].count, file) != arrays[p].count) {
             return "cannot be read";
         }
-        swap_words(parts[p].data, parts[p].count);
-        const char *wrong = check_values(&parts[p], atlas->mean.vertex_count);
+        swap_words(arrays[p].data, arrays[p].count);
+        const char *wrong = check_values(&arrays[p], atlas->mean.vertex_count);
         if (wrong) {
             return wrong;
         }

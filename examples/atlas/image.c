@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MIDDLE = ATLAS_PROFILE_SAMPLES / 2, MOST_SHIFTS = 16 };
+enum { MIDDLE = ATLAS_PROFILE_SAMPLES / 2, MAX_SHIFTS = 16 };
 
 /* Profiles are trusted no more than this, however alike they were: a fraction of the contrast. */
-static const float least_spread = 0.25f;
+static const float min_spread = 0.25f;
 
 float atlas_intensity(const struct volume *image, const float place[3])
 {
@@ -106,7 +106,7 @@ bool atlas_learn(struct atlas_build *build)
     }
     for (size_t i = 0; good && i < n; ++i) {
         const float variance = fmaxf(0.0f, atlas->spreads[i] - atlas->profiles[i] * atlas->profiles[i]);
-        atlas->spreads[i] = fmaxf(least_spread, sqrtf(variance));
+        atlas->spreads[i] = fmaxf(min_spread, sqrtf(variance));
     }
     free(normals);
     free(one);
@@ -153,7 +153,7 @@ static float profile_cost(const struct atlas_view *view, int v, const float *lin
 }
 
 /* Raw intensities to what profile_cost compares. */
-static void normalise_line(const struct atlas_view *view, int count, float *line)
+static void normalize_line(const struct atlas_view *view, int count, float *line)
 {
     for (int i = 0; i < count; ++i) {
         line[i] = view->learned ? (line[i] - view->mean) / view->deviation : by_window(view, line[i]);
@@ -163,10 +163,10 @@ static void normalise_line(const struct atlas_view *view, int count, float *line
 void atlas_shift_costs(const struct atlas_view *view, int v, const float place[3], const float normal[3], float spacing,
                        int shifts, float *costs)
 {
-    float line[2 * (MOST_SHIFTS + MIDDLE) + 1];
+    float line[2 * (MAX_SHIFTS + MIDDLE) + 1];
     const int count = 2 * (shifts + MIDDLE) + 1;
     sample_line(view->image, place, normal, spacing, count, line);
-    normalise_line(view, count, line);
+    normalize_line(view, count, line);
     for (int s = 0; s <= 2 * shifts; ++s) {
         costs[s] = profile_cost(view, v, line + s);
     }

@@ -14,7 +14,7 @@ enum { LOOKS = 3, ROUNDS = 12, SCALES = 3, FEW = 150, CANDIDATES = 16, ORIENTATI
 
 /* Places looked at to either side, and how far apart they are in voxels of the image. */
 static const int look_shifts[LOOKS] = {10, 6, 4};
-static const float look_spacing[LOOKS] = {2.0f, 1.0f, 0.5f}, most_weight = 3.0f;
+static const float look_spacing[LOOKS] = {2.0f, 1.0f, 0.5f}, max_weight = 3.0f;
 
 static float finest(const struct volume *image) { return fminf(image->spacing[0], fminf(image->spacing[1], image->spacing[2])); }
 
@@ -82,7 +82,7 @@ static void fit_weights(const struct atlas *atlas, const float *places, const do
         const double noise = atlas->voxel * atlas->voxel * total / (double)vertices;
         const double deviation = atlas->model.deviation[m];
         weights[m] = square > 0.0 ? along / (square + noise / (deviation * deviation)) / deviation : 0.0;
-        weights[m] = fmax(-(double)most_weight, fmin((double)most_weight, weights[m]));
+        weights[m] = fmax(-(double)max_weight, fmin((double)max_weight, weights[m]));
     }
 }
 
@@ -94,7 +94,7 @@ static bool refine(const struct atlas_view *view, int modes, int first_look, str
     float *bare = malloc(3 * vertices * sizeof *bare);
     double *sure = malloc(vertices * sizeof *sure);
     const bool good = (normals && places && bare && sure) || atlas_no_memory();
-    const int most = modes < atlas->model.modes ? modes : atlas->model.modes;
+    const int maximum = modes < atlas->model.modes ? modes : atlas->model.modes;
     for (int l = first_look; good && l < LOOKS; ++l) {
         for (int round = 0; round < ROUNDS; ++round) {
             struct similarity pose;
@@ -108,7 +108,7 @@ static bool refine(const struct atlas_view *view, int modes, int first_look, str
             placing->pose = pose;
             const struct similarity back = similarity_inverse(&pose);
             similarity_apply_all(&back, places, vertices, places);
-            placing->modes = most < round + 1 || l > first_look ? most : round + 1;
+            placing->modes = maximum < round + 1 || l > first_look ? maximum : round + 1;
             fit_weights(atlas, places, sure, placing->modes, placing->weights);
         }
     }
@@ -159,8 +159,8 @@ static int search(const struct atlas_view *view, const int *few, int count, cons
     int found = 0, cells[3];
     shape_size(view->atlas->mean.positions, (size_t)view->atlas->mean.vertex_count, center, &radius);
     for (int a = 0; a < 3; ++a) {
-        const double way = (double)image->spacing[a] * image->dims[a] / (0.25 * radius);
-        cells[a] = way < 1.0 ? 1 : way > 64.0 ? 64 : (int)way;
+        const double extent = (double)image->spacing[a] * image->dims[a] / (0.25 * radius);
+        cells[a] = extent < 1.0 ? 1 : extent > 64.0 ? 64 : (int)extent;
     }
     const int orientations = view->atlas->oriented ? 1 : ORIENTATIONS, places = cells[0] * cells[1] * cells[2];
 #if defined(_OPENMP)
@@ -212,15 +212,15 @@ bool atlas_place_start(const struct atlas_view *view, struct atlas_placing *plac
     mesh_normals(atlas->mean.positions, vertices, atlas->mean.triangles, (size_t)atlas->mean.triangle_count, normals);
     const int count = points_spread(atlas->mean.positions, (int)vertices, FEW, few);
     const int found = search(view, few, count, normals, best);
-    double least = INFINITY;
+    double minimum = INFINITY;
     struct similarity pose = similarity_identity();
     bool good = true;
     for (int c = 0; good && c < found; ++c) { /* the best after a first adjustment of the pose */
         placing->pose = best[c].pose;
         good = refine(view, 0, 0, placing);
         const double cost = good ? atlas_surface_cost(view, &placing->pose, few, count, normals, spacing_of(view, 1)) : INFINITY;
-        if (cost < least) {
-            least = cost;
+        if (cost < minimum) {
+            minimum = cost;
             pose = best[c].pose; /* unadjusted: what the search found */
         }
     }

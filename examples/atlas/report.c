@@ -34,7 +34,7 @@ static void print_summary(const struct atlas_build *build)
     printf("model to subjects' surfaces: %.3f mm\n", mean_distance(build));
     if (build->curves.modes > 0) {
         printf("first mode holds %.1f %% of the variance; left out subjects are met within %.3f mm\n",
-               100.0 * build->curves.compactness[0], build->curves.generalisation[build->curves.modes - 1]);
+               100.0 * build->curves.compactness[0], build->curves.generalization[build->curves.modes - 1]);
     }
     if (truth->known) {
         printf("correspondences: %.2f +- %.2f mm (%.2f voxels) from the true ones; subject to subject %.2f mm; "
@@ -101,7 +101,7 @@ static bool report(const struct atlas_build *build, const char *path)
     if (build->curves.modes > 0) {
         const size_t modes = (size_t)build->curves.modes;
         json_numbers(&json, "compactness", build->curves.compactness, modes);
-        json_numbers(&json, "generalisation_mm", build->curves.generalisation, modes);
+        json_numbers(&json, "generalisation_mm", build->curves.generalization, modes);
         json_numbers(&json, "specificity_mm", build->curves.specificity, modes);
     }
     if (build->truth.known) {
@@ -188,7 +188,7 @@ static bool draw_subjects(const struct atlas_build *build, const char *folder)
 static bool draw_curves(const struct atlas_build *build, const char *folder)
 {
     const struct shape_curves *curves = &build->curves;
-    const double *values[3] = {curves->compactness, curves->generalisation, curves->specificity};
+    const double *values[3] = {curves->compactness, curves->generalization, curves->specificity};
     static const char *const titles[3] = {"compactness", "generalisation, mm", "specificity, mm"};
     struct image pictures[3] = {{0, 0, NULL}};
     const char *const captions[3] = {NULL, NULL, NULL};

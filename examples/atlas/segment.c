@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_CELLS = 128, LOOK_EVERY = 5, MOST_RESAMPLINGS = 12 };
+enum { MAX_CELLS = 128, LOOK_EVERY = 5, MAX_RESAMPLINGS = 12 };
 
 static const float gvf_mu = 0.2f; /* Xu and Prince's own choice for clean images */
 static const float speed = 0.5f, rest_share = 0.02f, rest_speed = 0.05f; /* as `segment` has them */
@@ -32,7 +32,7 @@ struct field {
     float gvf_weight;
 };
 
-/* Voxels as large as the image's, but not more than MOST_CELLS along the longest side of the shape. */
+/* Voxels as large as the image's, but not more than MAX_CELLS along the longest side of the shape. */
 static bool create_cubes(const struct atlas_segment *run, float leash, struct volume *cubes)
 {
     const struct shape_mesh *mesh = &run->stages[ATLAS_STAGES - 2];
@@ -46,7 +46,7 @@ static bool create_cubes(const struct atlas_segment *run, float leash, struct vo
     for (int a = 0; a < 3; ++a) {
         longest = fmaxf(longest, hi[a] - lo[a]);
     }
-    const float side = fmaxf(cbrtf(spacing[0] * spacing[1] * spacing[2]), longest / (float)MOST_CELLS),
+    const float side = fmaxf(cbrtf(spacing[0] * spacing[1] * spacing[2]), longest / (float)MAX_CELLS),
                 margin = leash + 4.0f * side;
     const float sides[3] = {side, side, side};
     for (int a = 0; a < 3; ++a) {
@@ -77,7 +77,7 @@ static void field_free(struct field *field)
 /* What the modes cannot show, twice; but not less than a part of the shape's size. mm */
 static double choose_leash(const struct atlas_segment *run, double radius)
 {
-    return fmax(2.0 * run->placing.pose.scale * run->atlas.generalisation, 0.05 * radius);
+    return fmax(2.0 * run->placing.pose.scale * run->atlas.generalization, 0.05 * radius);
 }
 
 static bool field_create(const struct atlas_segment *run, struct field *field)
@@ -143,14 +143,14 @@ static bool start_springls(struct atlas_segment *run, const struct field *field)
     bool good = atlas_check(run->ctx, springls_set_mesh(run->ctx, mesh->positions, mesh->vertex_count, 0, mesh->triangles,
                                                         mesh->triangle_count, NULL), "springls");
     int before = 0;
-    for (int i = 0; good && i < MOST_RESAMPLINGS && springls_count(run->ctx) != before; ++i) {
+    for (int i = 0; good && i < MAX_RESAMPLINGS && springls_count(run->ctx) != before; ++i) {
         before = springls_count(run->ctx);
         good = atlas_check(run->ctx, springls_resample(run->ctx), "resample");
     }
     return good;
 }
 
-static bool settle(struct atlas_segment *run, struct field *field)
+static bool run_to_rest(struct atlas_segment *run, struct field *field)
 {
     const struct atlas_segment_settings *set = &run->settings;
     springls_forces forces = {.curvature_weight = (float)set->curvature, .integrator = SPRINGLS_INTEGRATOR_EULER, .user = field};
@@ -213,7 +213,7 @@ static bool take_surface(struct atlas_segment *run)
 static bool run_springls(struct atlas_segment *run)
 {
     struct field field;
-    const bool good = field_create(run, &field) && start_springls(run, &field) && settle(run, &field) && take_surface(run);
+    const bool good = field_create(run, &field) && start_springls(run, &field) && run_to_rest(run, &field) && take_surface(run);
     field_free(&field);
     return good;
 }
@@ -282,7 +282,7 @@ bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct
 static bool compare(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
-    int labels[ATLAS_MOST_LABELS];
+    int labels[ATLAS_MAX_LABELS];
     char error[VOLUME_TEXT];
     struct volume part;
     const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;

@@ -71,7 +71,7 @@ int atlas_read_labels(const char *text, int *labels)
     do {
         char item[16];
         const size_t length = strcspn(text, "+");
-        if (length == 0 || length >= sizeof item || count == ATLAS_MOST_LABELS) {
+        if (length == 0 || length >= sizeof item || count == ATLAS_MAX_LABELS) {
             return -1;
         }
         memcpy(item, text, length);
@@ -331,25 +331,25 @@ static bool read_landmarks(const char *folder, const char *path, struct atlas_su
     const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
     snprintf(name, sizeof name, "%s/%.*s.csv", folder, (int)strcspn(base, "."), base);
     FILE *file = fopen(name, "r");
-    subject->landmarks = malloc(3 * ATLAS_MOST_LANDMARKS * sizeof *subject->landmarks);
+    subject->landmarks = malloc(3 * ATLAS_MAX_LANDMARKS * sizeof *subject->landmarks);
     bool good = file && subject->landmarks;
     while (good && fgets(line, sizeof line, file)) {
         float *x = subject->landmarks + 3 * subject->landmark_count;
         char rest;
-        good = subject->landmark_count < ATLAS_MOST_LANDMARKS && sscanf(line, "%f,%f,%f %c", &x[0], &x[1], &x[2], &rest) == 3
+        good = subject->landmark_count < ATLAS_MAX_LANDMARKS && sscanf(line, "%f,%f,%f %c", &x[0], &x[1], &x[2], &rest) == 3
             && isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]);
         subject->landmark_count += good;
     }
     if (file) {
         fclose(file);
     }
-    return (good && subject->landmark_count >= 3) || atlas_fail("%s: expected 3 to %d lines x,y,z", name, ATLAS_MOST_LANDMARKS);
+    return (good && subject->landmark_count >= 3) || atlas_fail("%s: expected 3 to %d lines x,y,z", name, ATLAS_MAX_LANDMARKS);
 }
 
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject)
 {
     char path[1024];
-    int labels[ATLAS_MOST_LABELS], count = 0;
+    int labels[ATLAS_MAX_LABELS], count = 0;
     memset(subject, 0, sizeof *subject);
     subject->name = name;
     if (strncmp(name, mirror_prefix, strlen(mirror_prefix)) == 0) {

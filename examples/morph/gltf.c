@@ -58,12 +58,12 @@ static void add_corner(struct seamed *s, const struct morph_frame *frame, int ve
 static bool split_seams(const struct morph *morph, const struct morph_frame *frame, struct seamed *s)
 {
     const springls_mesh *mesh = &frame->mesh;
-    const size_t most = (size_t)mesh->vertex_count + 3 * (size_t)mesh->triangle_count;
+    const size_t capacity = (size_t)mesh->vertex_count + 3 * (size_t)mesh->triangle_count;
     memset(s, 0, sizeof *s);
-    s->positions = malloc(3 * most * sizeof(float));
-    s->normals = malloc(3 * most * sizeof(float));
-    s->colors = malloc(3 * most * sizeof(float));
-    s->uvs = malloc(2 * most * sizeof(float));
+    s->positions = malloc(3 * capacity * sizeof(float));
+    s->normals = malloc(3 * capacity * sizeof(float));
+    s->colors = malloc(3 * capacity * sizeof(float));
+    s->uvs = malloc(2 * capacity * sizeof(float));
     s->triangles = malloc((3 * (size_t)mesh->triangle_count + 1) * sizeof(int));
     if (!s->positions || !s->normals || !s->colors || !s->uvs || !s->triangles) {
         return morph_no_memory();

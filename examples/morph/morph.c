@@ -20,7 +20,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"animation", CLI_STRING, &set->animation, "NAME", "name or number, of the target (default: the first)", 0, 0, NULL},
         {"list", CLI_FLAG, &set->list, NULL, "list animations and joints, and end", 0, 0, NULL},
         {"map", CLI_STRING, &set->map, "FILE", "joints of the source and of the target, a pair a line", 0, 0, NULL},
-        {"frames", CLI_INT, &set->frames, "N", "at most; fewer when the two coincide before", 2, MORPH_MOST_FRAMES, NULL},
+        {"frames", CLI_INT, &set->frames, "N", "at most; fewer when the two coincide before", 2, MORPH_MAX_FRAMES, NULL},
         {"fps", CLI_INT, &set->fps, "N", "frames a second of the animation", 1, 120, NULL},
         {"iterations", CLI_INT, &set->iterations, "N", "of the active contour a frame", 1, 1000, NULL},
         {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration at most", 0.001, 1, NULL},
@@ -47,14 +47,14 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
                                         .positionals = files,
                                         .positional_count = 2};
     const int status = cli_parse(&program, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (set->source && !set->target && !set->list && !set->weights) {
         return cli_fail("morph", CLI_EXIT_USAGE, "one character alone: which is the other? (see --help)");
     }
     set->common.grid = set->common.grid ? set->common.grid : 96;
-    return set->common.grid >= 24 ? CLI_GO_ON : cli_fail("morph", CLI_EXIT_USAGE, "--grid %d: 24 at least", set->common.grid);
+    return set->common.grid >= 24 ? CLI_CONTINUE : cli_fail("morph", CLI_EXIT_USAGE, "--grid %d: 24 at least", set->common.grid);
 }
 
 static int list(const char *path)
@@ -94,7 +94,7 @@ int main(int argc, char **argv)
     struct morph_settings *set = &morph.settings;
     set->common = cli_common_defaults();
     int status = read_command_line(set, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (set->list) {
@@ -102,7 +102,7 @@ int main(int argc, char **argv)
         return status == CLI_EXIT_OK && set->target ? list(set->target) : status;
     }
     status = run_options("morph", &set->common, set->overrides, &morph.params);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (set->preserve) {

@@ -15,7 +15,7 @@
 #include "surface/mesh_check.h"
 #include "surface/surface_distances.h"
 
-enum { MORPH_MOST_FRAMES = 1000, MORPH_SPECK = 27 };
+enum { MORPH_MAX_FRAMES = 1000, MORPH_SPECK = 27 };
 
 struct morph_settings {
     struct cli_common common;

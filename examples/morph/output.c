@@ -121,7 +121,7 @@ static void report_body(struct json_writer *json, const char *name, const char *
 }
 
 struct summary {
-    int watertight, intersections, fewest, most, specks;
+    int watertight, intersections, min_components, max_components, specks;
     double weight_error, seconds, skinning, contour, target;
 };
 
@@ -133,8 +133,8 @@ static struct summary summarize(const struct morph *morph)
         const struct morph_frame *frame = &morph->frames[f];
         s.watertight += frame->check.open_edges == 0;
         s.intersections += frame->check.intersections;
-        s.fewest = f == 0 || frame->check.components < s.fewest ? frame->check.components : s.fewest;
-        s.most = frame->check.components > s.most ? frame->check.components : s.most;
+        s.min_components = f == 0 || frame->check.components < s.min_components ? frame->check.components : s.min_components;
+        s.max_components = frame->check.components > s.max_components ? frame->check.components : s.max_components;
         s.specks = frame->specks > s.specks ? frame->specks : s.specks;
         s.weight_error = fmax(s.weight_error, frame->weight_error);
         if (f > 0) { /* the first has no active contour */
@@ -187,8 +187,8 @@ bool morph_report(const struct morph *morph, const char *path)
     json_integer(&json, "coincided_in_frame", morph->coincided);
     json_integer(&json, "watertight_frames", s.watertight);
     json_integer(&json, "self_intersections", s.intersections);
-    json_integer(&json, "components_fewest", s.fewest);
-    json_integer(&json, "components_most", s.most);
+    json_integer(&json, "components_fewest", s.min_components);
+    json_integer(&json, "components_most", s.max_components);
     json_integer(&json, "specks_left_out_most", s.specks);
     json_number(&json, "weight_sum_error_max", s.weight_error);
     json_number(&json, "distance_to_target_mean_voxels", morph->end.mean_ab / voxel);
@@ -238,7 +238,7 @@ void morph_print(const struct morph *morph)
            morph->grid.size[1], morph->grid.size[2]);
     printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n",
            morph->frame_count, morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight,
-           s.intersections, s.fewest, s.most, s.specks);
+           s.intersections, s.min_components, s.max_components, s.specks);
     printf("distance to the target: mean %.3f, from it %.3f, largest %.2f voxels; weights sum to 1 within %.1g\n",
            morph->end.mean_ab / voxel, morph->end.mean_ba / voxel, morph->end.max / voxel, s.weight_error);
     printf("%.2f s a frame: skinning %.2f, target %.2f, contour %.2f\n", s.seconds, s.skinning, s.target, s.contour);

@@ -44,7 +44,7 @@ static bool body_mesh(const struct morph *morph, const struct character *body, s
     desc.grid = grid_around(body, morph->settings.common.grid);
     desc.params = &morph->params;
     bool good = (desc.grid.spacing[0] > 0.0 || morph_fail("the body has no size"))
-        && run_create("morph", &desc, &ctx) == CLI_GO_ON
+        && run_create("morph", &desc, &ctx) == CLI_CONTINUE
         && morph_solid_make(ctx, &desc.grid, body, morph->settings.thicken, morph->settings.parts, &solid)
         && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
     if (good) {
@@ -91,7 +91,7 @@ static struct influences of_bones(const float *weights, int count, const int *jo
 }
 
 /* The last bones of hands, feet and heads have no joint at their end: they reach on, four fifths of the way to the surface. */
-static bool reach_on(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints, int count)
+static bool extend_bones(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints, int count)
 {
     struct bvh bvh;
     if (!bvh_build(&bvh, mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count)) {
@@ -102,11 +102,11 @@ static bool reach_on(const struct character *body, const struct rig_mesh *mesh, 
         for (int j = joints[b] + 1; j < body->joint_count; ++j) {
             last = last && !(body->joints[j].parent == joints[b] && body->joints[j].bone);
         }
-        float way[3];
+        float direction[3];
         struct bvh_hit hit;
-        vec3_sub(bones[b].to, bones[b].from, way);
-        if (last && vec3_normalize(way) > 0.0f && bvh_nearest_hit(&bvh, bones[b].from, way, 0.0f, INFINITY, &hit)) {
-            vec3_add_scaled(bones[b].from, 0.8f * hit.t, way, bones[b].to);
+        vec3_sub(bones[b].to, bones[b].from, direction);
+        if (last && vec3_normalize(direction) > 0.0f && bvh_nearest_hit(&bvh, bones[b].from, direction, 0.0f, INFINITY, &hit)) {
+            vec3_add_scaled(bones[b].from, 0.8f * hit.t, direction, bones[b].to);
         }
     }
     bvh_free(&bvh);
@@ -115,14 +115,14 @@ static bool reach_on(const struct character *body, const struct rig_mesh *mesh, 
 
 static bool add_weights(const struct character *body, struct rig_mesh *mesh)
 {
-    const size_t most = 2 * (size_t)body->joint_count + 1;
-    struct bone *bones = malloc(most * sizeof *bones);
-    int *joints = malloc(most * sizeof *joints);
+    const size_t capacity = 2 * (size_t)body->joint_count + 1;
+    struct bone *bones = malloc(capacity * sizeof *bones);
+    int *joints = malloc(capacity * sizeof *joints);
     const int count = bones && joints ? skeleton_bones(body, bones, joints) : 0;
     float *weights = malloc(((size_t)mesh->vertex_count * (size_t)count + 1) * sizeof *weights);
     mesh->influences = malloc(((size_t)mesh->vertex_count + 1) * sizeof *mesh->influences);
     bool good = (bones && joints && weights && mesh->influences) || morph_no_memory();
-    good = good && reach_on(body, mesh, bones, joints, count)
+    good = good && extend_bones(body, mesh, bones, joints, count)
         && (heat_weights(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, bones, count, weights,
                          &mesh->heat)
             || morph_fail("no bone is seen from the body's surface"));
@@ -136,7 +136,7 @@ static bool add_weights(const struct character *body, struct rig_mesh *mesh)
 }
 
 /* The body's own vertices take those of the nearest vertex of the closed surface. */
-static bool give_weights(const struct rig_mesh *mesh, struct character *body)
+static bool transfer_weights(const struct rig_mesh *mesh, struct character *body)
 {
     struct bvh bvh;
     if (!bvh_build(&bvh, mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count)) {
@@ -175,7 +175,7 @@ bool morph_rig(const struct morph *morph, struct character *body, const struct c
                             &mesh->fit_distance)
                || morph_fail("the donor's skeleton cannot be fitted");
     }
-    return good && add_weights(body, mesh) && give_weights(mesh, body);
+    return good && add_weights(body, mesh) && transfer_weights(mesh, body);
 }
 
 /* ---- weights alone ---- */
@@ -344,7 +344,7 @@ static bool write_report(const struct morph *morph, const struct rig_mesh *mesh,
     json_string(&json, "file", morph->settings.source ? morph->settings.source : "built in");
     json_string(&json, "donor", morph->settings.donor);
     json_integer(&json, "vertices", mesh->vertex_count);
-    json_integer(&json, "vertices_that_see_their_bone", mesh->heat.seen);
+    json_integer(&json, "vertices_that_see_their_bone", mesh->heat.visible);
     json_integer(&json, "joints", body->joint_count);
     json_integer(&json, "iterations", mesh->heat.iterations);
     json_number(&json, "weight_sum_error_max", mesh->heat.sum_error);
@@ -393,7 +393,7 @@ bool morph_weights(const struct morph *morph)
     }
     if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {
         printf("%d of %d vertices see their bone; weights sum to 1 within %.1g; from the artist's: mean L1 %.3f\n",
-               mesh.heat.seen, mesh.vertex_count, mesh.heat.sum_error, difference);
+               mesh.heat.visible, mesh.vertex_count, mesh.heat.sum_error, difference);
     }
     good = good
         && (!set->common.out

@@ -259,7 +259,7 @@ bool morph_prepare(struct morph *morph)
     if (!morph->pressure) {
         return morph_no_memory();
     }
-    return run_create("morph", &desc, &morph->ctx) == CLI_GO_ON && run_create("morph", &desc, &morph->other) == CLI_GO_ON
+    return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
         && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source) && add_channels(morph);
 }
 

@@ -48,8 +48,8 @@ static int flood(struct voxels *v, int first, int label)
     while (done < end) {
         const int at = v->queue[done++], place[3] = {at % size[0], at / size[0] % size[1], at / step[2]};
         for (int k = 0; k < 6; ++k) {
-            const int axis = k / 2, way = k % 2 ? 1 : -1, next = at + way * step[axis];
-            if (place[axis] + way >= 0 && place[axis] + way < size[axis] && v->label[next] == 0
+            const int axis = k / 2, sign = k % 2 ? 1 : -1, next = at + sign * step[axis];
+            if (place[axis] + sign >= 0 && place[axis] + sign < size[axis] && v->label[next] == 0
                 && (v->phi[next] < 0.0f) == inside) {
                 v->label[next] = label;
                 v->queue[end++] = next;

@@ -16,9 +16,9 @@ void segment_forces_free(struct segment *run)
     volume_free(&run->pressure);
     volume_free(&run->push);
     gvf_free(&run->flow);
-    free(run->seen);
+    free(run->blurred);
     free(run->away);
-    run->seen = run->away = NULL;
+    run->blurred = run->away = NULL;
 }
 
 bool segment_forces_enter(struct segment *run, float side)
@@ -28,16 +28,16 @@ bool segment_forces_enter(struct segment *run, float side)
     const float *spacing = run->image.spacing;
     const int margin = (int)ceilf(side / fminf(spacing[0], fminf(spacing[1], spacing[2])));
     segment_forces_free(run);
-    run->seen = malloc(run->voxels * sizeof *run->seen);
-    if (!run->seen || !volume_create_padded(&run->image, margin, &run->pressure)
+    run->blurred = malloc(run->voxels * sizeof *run->blurred);
+    if (!run->blurred || !volume_create_padded(&run->image, margin, &run->pressure)
         || !volume_create_padded(&run->image, margin, &run->push)) {
         return segment_no_memory();
     }
-    memcpy(run->seen, run->image.data, run->voxels * sizeof *run->seen);
-    if (!segment_blur(&run->image, side, run->seen)) {
+    memcpy(run->blurred, run->image.data, run->voxels * sizeof *run->blurred);
+    if (!segment_blur(&run->image, side, run->blurred)) {
         return segment_no_memory();
     }
-    segment_pressure(&run->image, run->seen, result->low, result->high, result->ramp, side, &run->pressure);
+    segment_pressure(&run->image, run->blurred, result->low, result->high, result->ramp, side, &run->pressure);
     if (set->solid && !segment_pressure_solid(&run->image, side, &run->pressure)) {
         return segment_no_memory();
     }
@@ -54,27 +54,27 @@ static bool region_means(struct segment *run, float *inside, float *outside)
     const size_t total = volume_voxels(grid);
     const bool all = strcmp(run->settings.region_means, "image") == 0;
     const float band = all ? INFINITY : run->params.band_half_width;
-    float *seen = malloc(total * sizeof *seen);
+    float *resampled = malloc(total * sizeof *resampled);
     double sum[2] = {0, 0}, count[2] = {0, 0};
-    if (!seen) {
+    if (!resampled) {
         return segment_no_memory();
     }
-    segment_resample(&run->image, run->seen, grid, seen);
+    segment_resample(&run->image, run->blurred, grid, resampled);
     for (size_t n = 0; n < total; ++n) {
         if (fabsf(grid->data[n]) < band) {
             const int side = grid->data[n] < 0.0f;
-            sum[side] += (double)seen[n];
+            sum[side] += (double)resampled[n];
             count[side] += 1.0;
         }
     }
-    free(seen);
+    free(resampled);
     *inside = count[1] > 0.0 ? (float)(sum[1] / count[1]) : run->image.maximum;
     *outside = count[0] > 0.0 ? (float)(sum[0] / count[0]) : run->image.minimum;
     return true;
 }
 
 /* The flow ends where the contour may not go. */
-static void hold_flow(struct segment *run)
+static void limit_flow(struct segment *run)
 {
     struct volume *grid = &run->flow.grid; /* the edge map in it has done its work */
     segment_resample(&run->start, run->start.data, grid, grid->data);
@@ -89,7 +89,7 @@ static void hold_flow(struct segment *run)
 bool segment_forces_update(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
-    struct segment_push push = {.pressure = run->pressure.data, .seen = run->seen, .away = run->away,
+    struct segment_push push = {.pressure = run->pressure.data, .image = run->blurred, .away = run->away,
                                 .pressure_weight = (float)set->pressure, .region_weight = (float)set->region,
                                 .edge_weight = (float)set->edge, .ramp = run->result->ramp, .stay = (float)set->stay,
                                 .size = run->grid.spacing[0]};
@@ -104,7 +104,7 @@ bool segment_forces_update(struct segment *run)
         segment_resample(&run->start, run->start.data, &run->push, run->away);
         push.away = run->away;
         if (run->flow.field) {
-            hold_flow(run);
+            limit_flow(run);
         }
     }
     segment_combine(&run->image, &push, &run->push);

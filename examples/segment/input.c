@@ -170,18 +170,18 @@ static bool place_mask(struct segment *run, const struct volume *mask, struct vo
     const struct segment_result *result = run->result;
     const float *spacing = run->image.spacing;
     const float around = mirror_around * fmaxf(spacing[0], fmaxf(spacing[1], spacing[2]));
-    float *seen = malloc(run->voxels * sizeof *seen);
+    float *likeness = malloc(run->voxels * sizeof *likeness);
     uint8_t *inside = malloc(run->voxels);
     struct mirror mirror;
-    bool good = seen && inside;
+    bool good = likeness && inside;
     for (size_t n = 0; good && n < run->voxels; ++n) {
         const float value = run->image.data[n];
-        seen[n] = fmaxf(-1.0f, fminf(1.0f, fminf(value - result->low, result->high - value) / result->ramp));
+        likeness[n] = fmaxf(-1.0f, fminf(1.0f, fminf(value - result->low, result->high - value) / result->ramp));
         inside[n] = placed->data[n] < 0.0f;
     }
-    good = good ? mirror_find(&run->image, seen, inside, around, &mirror) || segment_fail("--mirror: there is no other side")
+    good = good ? mirror_find(&run->image, likeness, inside, around, &mirror) || segment_fail("--mirror: there is no other side")
                 : segment_no_memory();
-    free(seen);
+    free(likeness);
     free(inside);
     if (good) {
         mirror_apply(&mirror, mask, placed, placed->data);

@@ -29,7 +29,7 @@ static double volume_of(const struct level_set *contour)
 }
 
 /* From the level set in alone->grid to the one at rest. */
-static bool settle_alone(struct segment *alone)
+static bool run_level_set_to_rest(struct segment *alone)
 {
     const struct segment_settings *set = &alone->settings;
     struct volume *grid = &alone->grid;
@@ -74,7 +74,7 @@ static bool run_alone(struct segment *alone)
         fine = segment_enter_level(alone, ldexpf(finest, level), &coarse)
             && (level < levels - 1 ? segment_start_from(alone, &coarse, "level set alone") : segment_start(alone))
             && segment_check(alone->ctx, springls_copy_level_set(alone->ctx, alone->grid.data), "level set alone")
-            && settle_alone(alone);
+            && run_level_set_to_rest(alone);
         volume_free(&coarse);
     }
     return fine /* and a model for its surface */

@@ -31,14 +31,14 @@ bool segment_check(const springls_context *ctx, springls_status status, const ch
 }
 
 /* Grey values so that the level is in the middle. */
-static void grey_window(const struct segment *run, float *lo, float *hi)
+static void gray_window(const struct segment *run, float *lo, float *hi)
 {
     const struct segment_result *result = run->result;
-    const float least = segment_percentile(&run->image, 0.005), most = segment_percentile(&run->image, 0.995);
-    const float low = fmaxf(result->low, least), high = fminf(result->high, most); /* open ends end here */
-    const bool open = result->low < least || result->high > most;
-    const float middle = open ? (result->low < least ? result->high : result->low) : 0.5f * (low + high);
-    const float span = fmaxf(fminf(most - middle, middle - least), open ? 0.0f : high - low);
+    const float minimum = segment_percentile(&run->image, 0.005), maximum = segment_percentile(&run->image, 0.995);
+    const float low = fmaxf(result->low, minimum), high = fminf(result->high, maximum); /* open ends end here */
+    const bool open = result->low < minimum || result->high > maximum;
+    const float middle = open ? (result->low < minimum ? result->high : result->low) : 0.5f * (low + high);
+    const float span = fmaxf(fminf(maximum - middle, middle - minimum), open ? 0.0f : high - low);
     *lo = middle - span;
     *hi = middle + span;
 }
@@ -60,7 +60,7 @@ static float *all_references(const struct segment *run)
 static bool draw_slices(const struct segment *run, const char *path)
 {
     const struct segment_settings *set = &run->settings;
-    struct slices_contour contours[SEGMENT_MOST_OBJECTS + 1];
+    struct slices_contour contours[SEGMENT_MAX_OBJECTS + 1];
     float *reference = all_references(run);
     int count = 0;
     memset(contours, 0, sizeof contours);
@@ -77,7 +77,7 @@ static bool draw_slices(const struct segment *run, const char *path)
     }
     struct slices_view view = {.volume = &run->image, .contours = contours, .contour_count = count, .center = {-1, -1, -1}};
     struct image picture;
-    grey_window(run, &view.window_lo, &view.window_hi);
+    gray_window(run, &view.window_lo, &view.window_hi);
     const bool drawn = slices_render(&view, &picture) || segment_no_memory();
     const bool written = drawn && (image_write_png(&picture, path) || segment_fail("%s: cannot write there", path));
     if (drawn) {
@@ -187,7 +187,7 @@ static void report_object(const struct segment *run, const struct segment_result
         json_number(json, "start_dice", result->start_dice);
         json_number(json, "dice", result->overlap.dice);
         json_number(json, "jaccard", result->overlap.jaccard);
-        json_number(json, "reference_ml", overlap_millilitres(result->overlap.b, run->image.spacing));
+        json_number(json, "reference_ml", overlap_milliliters(result->overlap.b, run->image.spacing));
         json_number(json, "mean_distance_mm", result->has_distances ? d->assd : none);
         json_number(json, "mean_to_reference_mm", result->has_distances ? d->mean_ab : none);
         json_number(json, "mean_from_reference_mm", result->has_distances ? d->mean_ba : none);
@@ -261,7 +261,7 @@ void segment_print_summary(const struct segment *run)
         if (isfinite(result->start_dice)) {
             printf("mask at the start: Dice %.4f\n", result->start_dice);
         }
-        printf("reference %.2f ml: Dice %.4f", overlap_millilitres(result->overlap.b, run->image.spacing), result->overlap.dice);
+        printf("reference %.2f ml: Dice %.4f", overlap_milliliters(result->overlap.b, run->image.spacing), result->overlap.dice);
         if (result->has_distances) {
             printf(", mean surface distance %.3f mm, HD95 %.3f mm", result->distances.assd, result->distances.hd95);
         }

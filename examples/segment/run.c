@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 3, MOST_CELLS = 128, LEAST_CELLS = 24 };
+enum { MARGIN = 3, MAX_CELLS = 128, MIN_CELLS = 24 };
 
 /* A springl that still moves has more than this part of the speed at full pressure. */
 static const float rest_speed = 0.05f;
@@ -30,7 +30,7 @@ bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
     desc.backend = run->backend;
     springls_destroy(run->ctx);
     run->ctx = NULL;
-    return segment_forces_enter(run, side) && run_create("segment", &desc, &run->ctx) == CLI_GO_ON;
+    return segment_forces_enter(run, side) && run_create("segment", &desc, &run->ctx) == CLI_CONTINUE;
 }
 
 static bool take_frame(struct segment *run)
@@ -77,7 +77,7 @@ static bool look(struct segment *run, struct segment_watch *watch, double *volum
 }
 
 /* Steps on one grid until the springls are at rest. */
-static bool settle(struct segment *run, struct progress *bar)
+static bool run_to_rest(struct segment *run, struct progress *bar)
 {
     const struct segment_settings *set = &run->settings;
     struct segment_result *result = run->result;
@@ -122,13 +122,13 @@ static float longest_side(const struct volume *image)
     return fmaxf(spacing[0] * (float)dims[0], fmaxf(spacing[1] * (float)dims[1], spacing[2] * (float)dims[2]));
 }
 
-/* By --grid; or as large as the image's voxels, but not more than MOST_CELLS of them. */
+/* By --grid; or as large as the image's voxels, but not more than MAX_CELLS of them. */
 float segment_choose_side(const struct segment *run)
 {
     const float *spacing = run->image.spacing, longest = longest_side(&run->image);
     const float own = cbrtf(spacing[0] * spacing[1] * spacing[2]);
     const int grid = run->settings.common.grid;
-    return grid > 0 ? longest / (float)grid : fmaxf(own, longest / (float)MOST_CELLS);
+    return grid > 0 ? longest / (float)grid : fmaxf(own, longest / (float)MAX_CELLS);
 }
 
 /* How many grids, each half as fine as the next. What starts at the object needs no coarser ones. */
@@ -139,7 +139,7 @@ int segment_choose_levels(const struct segment *run)
     if (run->settings.levels > 0 || !segment_starts_far(run)) {
         return run->settings.levels > 0 ? run->settings.levels : 1;
     }
-    while (levels < SEGMENT_MOST_LEVELS && ldexpf(cells, -levels) >= (float)LEAST_CELLS) {
+    while (levels < SEGMENT_MAX_LEVELS && ldexpf(cells, -levels) >= (float)MIN_CELLS) {
         levels++;
     }
     return levels;
@@ -163,7 +163,7 @@ static bool evolve(struct segment *run)
         fine = segment_enter_level(run, ldexpf(result->voxel, level), &coarse)
             && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));
         volume_free(&coarse);
-        fine = fine && (level < result->levels - 1 || take_frame(run)) && settle(run, &bar)
+        fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, &bar)
             && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
         started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts afresh */
         fine = fine && (!started || take_frame(run));
@@ -233,7 +233,7 @@ bool segment_compare(struct segment *run)
         return true;
     }
     result->overlap = overlap_masks(run->inside, run->truth, run->voxels);
-    if (run_create("segment", &desc, &run->truth_ctx) != CLI_GO_ON
+    if (run_create("segment", &desc, &run->truth_ctx) != CLI_CONTINUE
         || !segment_check(run->truth_ctx, segment_model_mask(run->truth_ctx, run->truth, run->voxels), reference)
         || !segment_check(run->truth_ctx, springls_extract_mesh(run->truth_ctx, &run->truth_surface), reference)) {
         return false;

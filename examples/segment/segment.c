@@ -49,7 +49,7 @@ static bool read_labels(const char *text, struct segment_object *object)
     do {
         char item[16];
         const size_t length = next_item(text, ",", item, sizeof item);
-        if (length == 0 || object->label_count == SEGMENT_MOST_LABELS
+        if (length == 0 || object->label_count == SEGMENT_MAX_LABELS
             || !cli_read_int(item, &object->labels[object->label_count++])) {
             return false;
         }
@@ -68,7 +68,7 @@ static int read_objects(const char *text, bool (*read)(const char *, struct segm
     do {
         char item[512];
         const size_t length = next_item(text, ";", item, sizeof item);
-        if (length == 0 || count == SEGMENT_MOST_OBJECTS || !read(item, &objects[count++])) {
+        if (length == 0 || count == SEGMENT_MAX_OBJECTS || !read(item, &objects[count++])) {
             return 0;
         }
         text += length;
@@ -80,7 +80,7 @@ static int read_objects(const char *text, bool (*read)(const char *, struct segm
 static const char *read_all_objects(struct segment_settings *set)
 {
     struct segment_object *objects = set->objects;
-    for (int o = 0; o < SEGMENT_MOST_OBJECTS; ++o) {
+    for (int o = 0; o < SEGMENT_MAX_OBJECTS; ++o) {
         objects[o].mask_label = -1;
     }
     const int windows = read_objects(set->window_text, read_window, objects);
@@ -137,7 +137,7 @@ static int check_usage(struct segment_settings *set)
     } else {
         wrong = read_all_objects(set);
     }
-    return wrong ? cli_fail("segment", CLI_EXIT_USAGE, "%s", wrong) : CLI_GO_ON;
+    return wrong ? cli_fail("segment", CLI_EXIT_USAGE, "%s", wrong) : CLI_CONTINUE;
 }
 
 static int read_command_line(struct segment_settings *set, int argc, char **argv)
@@ -177,7 +177,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"largest", CLI_FLAG, &set->largest, NULL, "start on every grid with the largest part only, its cavities filled", 0,
          0, NULL},
         {"levels", CLI_INT, &set->levels, "K", "grids, each twice as fine as the one before; 0: by the kind of start", 0,
-         SEGMENT_MOST_LEVELS, NULL},
+         SEGMENT_MAX_LEVELS, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps at most on each grid", 0, 1e6, NULL},
         {"speed", CLI_DOUBLE, &set->speed, "V", "voxels a step at full pressure", 0.001, 2, NULL},
         {"topology", CLI_CHOICE, &topology, NULL, "may the contour split and merge?", 0, 0, "free|preserved"},
@@ -199,7 +199,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
                                         .positional_count = 1};
     const int status = cli_parse(&program, argc, argv);
     set->keep_topology = strcmp(topology, "preserved") == 0;
-    return status == CLI_GO_ON ? check_usage(set) : status;
+    return status == CLI_CONTINUE ? check_usage(set) : status;
 }
 
 /* One contour after the other. */
@@ -229,10 +229,10 @@ int main(int argc, char **argv)
     const struct segment_settings *set = &run.settings;
     run.settings.common = cli_common_defaults();
     int status = read_command_line(&run.settings, argc, argv);
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = run_options("segment", &run.settings.common, set->overrides, &run.params);
     }
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (set->keep_topology) {

@@ -12,13 +12,13 @@
 #include "springls/model_pictures.h"
 #include "surface/surface_distances.h"
 
-enum { SEGMENT_MOST_LEVELS = 4, SEGMENT_LOOK_EVERY = 10, SEGMENT_MOST_LABELS = 64, SEGMENT_MOST_OBJECTS = 32 };
+enum { SEGMENT_MAX_LEVELS = 4, SEGMENT_LOOK_EVERY = 10, SEGMENT_MAX_LABELS = 64, SEGMENT_MAX_OBJECTS = 32 };
 
 /* One contour of a run. */
 struct segment_object {
     double window[2];                           /* low < high: used instead of the level */
     int mask_label;                             /* to start from; -1: all but 0 */
-    int labels[SEGMENT_MOST_LABELS], label_count; /* of the reference; none: all but 0 */
+    int labels[SEGMENT_MAX_LABELS], label_count; /* of the reference; none: all but 0 */
     int written;                                /* its label in the result */
 };
 
@@ -29,7 +29,7 @@ struct segment_settings {
     const char *overrides;                      /* --set */
     const char *window_text, *mask_label_text, *label_text; /* as written: read into `objects`, named in the report */
     const char *region_means;                   /* band or image */
-    struct segment_object objects[SEGMENT_MOST_OBJECTS];
+    struct segment_object objects[SEGMENT_MAX_OBJECTS];
     int object_count;
     double level;                               /* NaN: Otsu's threshold */
     double pressure, region, edge, gvf, curvature; /* weights of the forces */
@@ -63,7 +63,7 @@ struct segment {
     springls_params params;
     struct volume image, reference;
     size_t voxels;           /* of the image */
-    struct segment_result results[SEGMENT_MOST_OBJECTS];
+    struct segment_result results[SEGMENT_MAX_OBJECTS];
     struct volume labels;    /* of all objects; data: the label, and beside it how deep inside it is */
     float *depth;
     /* of the present object */
@@ -72,13 +72,13 @@ struct segment {
     springls_backend *backend; /* of ctx, for all objects */
     struct volume start;     /* where it started, as far as it matters: a distance in mm */
     struct volume pressure;  /* of the window alone, on the image's grid with a margin */
-    float *seen;             /* the image, blurred to the present grid */
+    float *blurred;             /* the image, blurred to the present grid */
     float *away;             /* distance from the start at the pressure's voxels, mm; NULL: it does not matter */
     struct volume push;      /* pressure and all the other forces along the normal, on the same voxels */
     struct gvf flow;
     float flow_map[3][4], push_map[3][4]; /* from the model's voxels to those of flow and push */
     springls_context *ctx, *truth_ctx;
-    struct model_frame frames[SEGMENT_MOST_LEVELS + 1];
+    struct model_frame frames[SEGMENT_MAX_LEVELS + 1];
     int frame_count;
     float *distance;         /* the result on the image's grid, mm */
     uint8_t *inside, *truth; /* the result and the reference as masks */

@@ -22,7 +22,7 @@ struct beat_time track_beat(const struct track *track, int frame)
 }
 
 /* The map from a frame of a made motion back to the reference, on the reference's grid. */
-static bool way_back(const struct track *track, int frame, struct field *back)
+static bool backward_map(const struct track *track, int frame, struct field *back)
 {
     struct beat_time t = track_beat(track, frame);
     t.s = -t.s;
@@ -138,7 +138,7 @@ bool track_frame_image(const struct track *track, int frame, struct volume *imag
     if (track->settings.beat == 0) {
         return volume_read(track->settings.image, frame, image, error) || track_fail("%s", error);
     }
-    if (!volume_create_padded(&track->image, 0, image) || !way_back(track, frame, &back)) {
+    if (!volume_create_padded(&track->image, 0, image) || !backward_map(track, frame, &back)) {
         return track_no_memory();
     }
     register_window_of(&track->image, &window);
@@ -184,7 +184,7 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
         struct field back;
         reference.data = track->mask;
         *mask = malloc(volume_voxels(&reference) * sizeof **mask);
-        if (!*mask || !way_back(track, frame, &back)) {
+        if (!*mask || !backward_map(track, frame, &back)) {
             return track_no_memory();
         }
         field_warp_labels(&back, &reference, *mask);
@@ -336,7 +336,7 @@ static bool make_model(struct track *track)
     desc.grid = segment_model_grid(track->grid.dims, track->grid.spacing, track->grid.origin, track->grid.direction[0]);
     desc.params = &track->params;
     desc.backend = track->backend = run_backend("track4d", &track->settings.common);
-    return run_create("track4d", &desc, &track->ctx) == CLI_GO_ON && make_level_set(track)
+    return run_create("track4d", &desc, &track->ctx) == CLI_CONTINUE && make_level_set(track)
            && track_check(track->ctx, springls_set_level_set(track->ctx, track->grid.data), "reference")
            && track_check(track->ctx, springls_extract_mesh(track->ctx, &track->mesh), "reference") && track_reference(track)
            && match_springls(track);
@@ -380,8 +380,8 @@ bool track_read(struct track *track)
             return false;
         }
     }
-    if (track->frame_count < 2 || track->frame_count > TRACK_MOST_FRAMES) {
-        return track_fail("%s: a sequence wants 2 to %d images, it has %d", set->image, TRACK_MOST_FRAMES, track->frame_count);
+    if (track->frame_count < 2 || track->frame_count > TRACK_MAX_FRAMES) {
+        return track_fail("%s: a sequence wants 2 to %d images, it has %d", set->image, TRACK_MAX_FRAMES, track->frame_count);
     }
     if (set->reference >= track->frame_count || set->frame >= track->frame_count) {
         return track_fail("there are frames 0 to %d only", track->frame_count - 1);

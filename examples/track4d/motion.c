@@ -10,18 +10,18 @@
 #include <string.h>
 
 /* One field for each of the three from maps of points; part and forward may be the same. */
-static bool sample_all(const struct track *track, field_map_fn map, const void *part, const void *forward, field_map_fn map_back,
+static bool sample_all(const struct track *track, field_map_fn map, const void *substep, const void *forward, field_map_fn map_back,
                        const void *back, struct track_motion *motion)
 {
-    if (!field_create(&track->image, &motion->part) || !field_create(&track->image, &motion->forward)
+    if (!field_create(&track->image, &motion->substep) || !field_create(&track->image, &motion->forward)
         || !field_create(&track->image, &motion->back)) {
         return track_no_memory();
     }
     field_sample(map, forward, &motion->forward);
-    if (part == forward) {
-        memcpy(motion->part.mm, motion->forward.mm, 3 * volume_voxels(&track->image) * sizeof *motion->part.mm);
+    if (substep == forward) {
+        memcpy(motion->substep.mm, motion->forward.mm, 3 * volume_voxels(&track->image) * sizeof *motion->substep.mm);
     } else {
-        field_sample(map, part, &motion->part);
+        field_sample(map, substep, &motion->substep);
     }
     field_sample(map_back, back, &motion->back);
     return true;
@@ -29,8 +29,8 @@ static bool sample_all(const struct track *track, field_map_fn map, const void *
 
 static bool true_motion(const struct track *track, int frame, int steps, struct track_motion *motion)
 {
-    const struct beat_time whole = track_beat(track, frame), part = {whole.beat, whole.s / steps}, back = {whole.beat, -whole.s};
-    return sample_all(track, beat_map, steps == 1 ? &whole : &part, &whole, beat_map, &back, motion);
+    const struct beat_time forward = track_beat(track, frame), substep = {forward.beat, forward.s / steps}, back = {forward.beat, -forward.s};
+    return sample_all(track, beat_map, steps == 1 ? &forward : &substep, &forward, beat_map, &back, motion);
 }
 
 static bool read_motion(const struct track *track, int frame, struct track_motion *motion)
@@ -54,7 +54,7 @@ static bool register_motion(const struct track *track, int frame, int steps, con
 {
     char error[VOLUME_TEXT];
     struct volume image, reference = track->image;
-    struct registration part;
+    struct registration substep;
     const int first = track->settings.reference;
     if (!track_frame_image(track, frame, &image)) {
         return false;
@@ -75,12 +75,12 @@ static bool register_motion(const struct track *track, int frame, int steps, con
         return sample_all(track, registration_map, &motion->registration, &motion->registration, registration_map_back,
                           &motion->registration, motion);
     }
-    if (!registration_part(&motion->registration, steps, &part)) {
+    if (!registration_substep(&motion->registration, steps, &substep)) {
         return track_no_memory();
     }
-    good = sample_all(track, registration_map, &part, &motion->registration, registration_map_back, &motion->registration,
+    good = sample_all(track, registration_map, &substep, &motion->registration, registration_map_back, &motion->registration,
                       motion);
-    registration_free(&part);
+    registration_free(&substep);
     return good;
 }
 
@@ -99,7 +99,7 @@ bool track_motion_make(const struct track *track, int frame, int steps, const st
 void track_motion_free(struct track_motion *motion)
 {
     registration_free(&motion->registration);
-    field_free(&motion->part);
+    field_free(&motion->substep);
     field_free(&motion->forward);
     field_free(&motion->back);
 }

@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_PICTURES = 5, MODES_SHOWN = 2, TITLE = 96 };
+enum { MAX_PICTURES = 5, MODES_SHOWN = 2, TITLE = 96 };
 static const float from_the_front[3] = {0.35f, 1.0f, 0.25f}, upwards[3] = {0.0f, 0.0f, 1.0f};
 
 bool track_fail(const char *format, ...)
@@ -101,7 +101,7 @@ static bool write_slices(const struct track *track, int f, const float *distance
 /* Evenly chosen frames go into the film. */
 static bool take_picture(struct track *track, int f)
 {
-    const int shown = track->frame_count < MOST_PICTURES ? track->frame_count : MOST_PICTURES;
+    const int shown = track->frame_count < MAX_PICTURES ? track->frame_count : MAX_PICTURES;
     char caption[48];
     for (int p = 0; p < shown; ++p) {
         if (f == p * (track->frame_count - 1) / (shown > 1 ? shown - 1 : 1)) {

@@ -20,12 +20,12 @@ bool track_move(struct track *track, const struct track_motion *motion, int step
 {
     springls_forces forces;
     springls_step_desc step;
-    float *values = malloc(3 * volume_voxels(&motion->part.grid) * sizeof *values);
+    float *values = malloc(3 * volume_voxels(&motion->substep.grid) * sizeof *values);
     bool good = values != NULL || track_no_memory();
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
     if (good) {
-        forces.velocity_grid = track_velocity(track, &motion->part, values);
+        forces.velocity_grid = track_velocity(track, &motion->substep, values);
     }
     forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* a displacement, not a velocity */
     step.forces = &forces;
@@ -178,7 +178,7 @@ static bool compare_labels(struct track *track, int f, const struct track_motion
         voxels += truth[n] > 0.0f;
     }
     frame->has_label = true;
-    frame->label_ml = overlap_millilitres(voxels, track->image.spacing);
+    frame->label_ml = overlap_milliliters(voxels, track->image.spacing);
     frame->dice = dice(found, truth, total);
     reference.data = track->mask;
     if (motion) {
@@ -213,13 +213,13 @@ static bool compare_springls(struct track *track, const uint32_t *before, int co
     return good;
 }
 
-static bool least_jacobian(const struct track_motion *motion, double *least)
+static bool min_jacobian(const struct track_motion *motion, double *minimum)
 {
     float *determinants = malloc(volume_voxels(&motion->forward.grid) * sizeof *determinants);
     if (!determinants) {
         return track_no_memory();
     }
-    *least = (double)field_jacobian(&motion->forward, determinants);
+    *minimum = (double)field_jacobian(&motion->forward, determinants);
     free(determinants);
     return true;
 }
@@ -246,7 +246,7 @@ static bool do_frame(struct track *track, int f, const struct track_motion *moti
     frame->model_seconds = elapsed_seconds() - begin;
     good = good && track_vertices(track, frame->vertices) && compare_springls(track, before, count, frame)
            && track_check(track->ctx, springls_measure(track->ctx, &measures), "measures") && copy_distance(track, distance)
-           && compare_labels(track, f, motion, distance, frame) && (!motion || least_jacobian(motion, &frame->jacobian_min));
+           && compare_labels(track, f, motion, distance, frame) && (!motion || min_jacobian(motion, &frame->jacobian_min));
     if (good) {
         frame->volume_ml = measures.volume / 1000.0;
         frame->area_cm2 = measures.area / 100.0;
@@ -268,7 +268,7 @@ static bool do_frame(struct track *track, int f, const struct track_motion *moti
 }
 
 /* From the reference on to the last or back to the first frame; each registration begins with the one before. */
-static bool go(struct track *track, int direction, struct progress *bar, size_t *done)
+static bool follow_frames(struct track *track, int direction, struct progress *bar, size_t *done)
 {
     struct track_motion motion, previous;
     bool good = true, any = false;
@@ -314,7 +314,7 @@ bool track_run(struct track *track)
     size_t done = 1;
     const double begin = elapsed_seconds();
     progress_begin(&bar, "track4d", (size_t)track->frame_count, !cli_may_print(&track->settings.common));
-    bool good = do_frame(track, track->settings.reference, NULL) && go(track, 1, &bar, &done) && go(track, -1, &bar, &done);
+    bool good = do_frame(track, track->settings.reference, NULL) && follow_frames(track, 1, &bar, &done) && follow_frames(track, -1, &bar, &done);
     progress_end(&bar);
     good = good && find_modes(track);
     track->seconds = elapsed_seconds() - begin;

@@ -149,7 +149,7 @@ static bool sample_step(const struct study *study, const struct track_motion *mo
     if (!field_create(grid, &field)) {
         return track_no_memory();
     }
-    field_sample(field_map_points, &motion->part, &field);
+    field_sample(field_map_points, &motion->substep, &field);
     track_velocity(study->track, &field, study->u);
     field_free(&field);
     return true;

@@ -13,7 +13,7 @@
 #include "springls.h"
 #include "springls/model_pictures.h"
 
-enum { TRACK_MOST_FRAMES = 1000, TRACK_STEP_RUNS = 4 };
+enum { TRACK_MAX_FRAMES = 1000, TRACK_STEP_RUNS = 4 };
 
 struct track_settings {
     struct cli_common common;
@@ -93,7 +93,7 @@ struct beat_time track_beat(const struct track *track, int frame);
 /* The way from the reference to a frame. */
 struct track_motion {
     struct registration registration;  /* empty when the field is the true one or a file's */
-    struct field part, forward, back;  /* one of the steps; the whole way, and from the frame to the reference */
+    struct field substep, forward, back;  /* one of the steps; the whole way, and from the frame to the reference */
     double seconds;
 };
 

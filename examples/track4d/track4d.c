@@ -40,7 +40,7 @@ static int check_usage(const struct track_settings *set)
     } else if (set->beat > 0 && (set->reference > 0 || set->landmarks || set->fields)) {
         wrong = "--beat goes without --reference, --landmarks and --fields";
     }
-    return wrong ? cli_fail("track4d", CLI_EXIT_USAGE, "%s", wrong) : CLI_GO_ON;
+    return wrong ? cli_fail("track4d", CLI_EXIT_USAGE, "%s", wrong) : CLI_CONTINUE;
 }
 
 static int read_command_line(struct track *track, int argc, char **argv)
@@ -60,7 +60,7 @@ static int read_command_line(struct track *track, int argc, char **argv)
         {"similarity", CLI_CHOICE, &similarity, NULL, "squared differences, or local correlation", 0, 0, "ssd|lcc"},
         {"landmarks", CLI_STRING, &set->landmarks, "FILE", "CSV with landmark, frame, x_mm, y_mm, z_mm (RAS+), to compare", 0,
          0, NULL},
-        {"beat", CLI_INT, &set->beat, "K", "follow a made motion of the first image, of K frames", 0, TRACK_MOST_FRAMES, NULL},
+        {"beat", CLI_INT, &set->beat, "K", "follow a made motion of the first image, of K frames", 0, TRACK_MAX_FRAMES, NULL},
         {"true-field", CLI_FLAG, &set->true_field, NULL, "of the made motion: sample its field instead of registering", 0, 0,
          NULL},
         {"large-steps", CLI_FLAG, &set->large_steps, NULL,
@@ -79,7 +79,7 @@ static int read_command_line(struct track *track, int argc, char **argv)
                                         .positionals = images,
                                         .positional_count = 2};
     const int status = cli_parse(&program, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     track->registration.similarity = strcmp(similarity, "lcc") == 0 ? REGISTER_LCC : REGISTER_SSD;
@@ -96,7 +96,7 @@ int main(int argc, char **argv)
     track.settings.common = cli_common_defaults();
     track.registration = register_defaults();
     int status = read_command_line(&track, argc, argv);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (!track.settings.second) { /* a sequence: the patient lies still, intensities mean the same */
@@ -106,7 +106,7 @@ int main(int argc, char **argv)
     snprintf(set, sizeof set, TRACKING_PARAMETERS "%s%s", track.settings.overrides ? "," : "",
              track.settings.overrides ? track.settings.overrides : "");
     status = run_options("track4d", &track.settings.common, set, &track.params);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     bool done = track_read(&track) && (track.settings.large_steps ? track_large_steps(&track) : track_run(&track));

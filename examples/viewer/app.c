@@ -10,7 +10,7 @@
 #define PUSH_SPEED 1.0f     /* radii of the brush a second */
 #define SMOOTH_SPEED 60.0f  /* full steps a second */
 #define SLAB 3.0f           /* voxels that a cut takes away */
-#define BRUSH_LEAST 3.0f    /* voxels: below, phi does not show what the brush does */
+#define MIN_BRUSH_RADIUS 3.0f    /* voxels: below, phi does not show what the brush does */
 
 const char *const viewer_tool_names[VIEWER_TOOLS] = {"drag", "push", "inflate", "smooth", "cut", "merge"};
 const char *const viewer_view_names[VIEWER_VIEWS] = {"surface", "springls", "texture", "wireframe"};
@@ -30,7 +30,7 @@ const char viewer_manual[] =
     "ctrl S         save; drop a file: load it (tool merge: to merge)\n"
     "R begin again, F whole body in view, H this help, Q quit\n";
 
-static void say(struct viewer_app *app, const char *text)
+static void show_message(struct viewer_app *app, const char *text)
 {
     snprintf(app->message, sizeof app->message, "%s", text);
     ++app->looks;
@@ -41,7 +41,7 @@ static bool done(struct viewer_app *app, bool good)
 {
     ++app->looks;
     if (!good) {
-        say(app, app->model.error);
+        show_message(app, app->model.error);
     }
     return good;
 }
@@ -140,7 +140,7 @@ static bool make_second(struct viewer_app *app)
     const bool good = *app->second_path ? viewer_model_second_file(&app->second, &app->model, at, radius, app->second_path)
                                         : viewer_model_second_ball(&app->second, &app->model, at, radius);
     memset(app->offset, 0, sizeof app->offset);
-    say(app, good ? "drag the second body; enter merges it, escape takes it away" : app->second.error);
+    show_message(app, good ? "drag the second body; enter merges it, escape takes it away" : app->second.error);
     return good;
 }
 
@@ -159,7 +159,7 @@ static void change(struct viewer_app *app, bool good)
     if (!done(app, good) && app->history.at > 0) {
         snprintf(error, sizeof error, "%s", app->model.error);
         viewer_history_undo(&app->history, &app->model);
-        say(app, error);
+        show_message(app, error);
     }
 }
 
@@ -267,8 +267,8 @@ void viewer_app_move(struct viewer_app *app, float x, float y)
 
 static void size_brush(struct viewer_app *app, float notches)
 {
-    const float voxel = app->model.voxel, most = 0.5f * voxel * (float)app->model.grid;
-    app->brush.radius = fmaxf(BRUSH_LEAST * voxel, fminf(most, app->brush.radius * powf(1.15f, notches)));
+    const float voxel = app->model.voxel, allowed = 0.5f * voxel * (float)app->model.grid;
+    app->brush.radius = fmaxf(MIN_BRUSH_RADIUS * voxel, fminf(allowed, app->brush.radius * powf(1.15f, notches)));
     ++app->looks;
 }
 
@@ -288,7 +288,7 @@ static void save(struct viewer_app *app)
     char text[VIEWER_TEXT];
     if (done(app, viewer_save(&app->model, app->save))) {
         snprintf(text, sizeof text, "saved %.250s", app->save);
-        say(app, text);
+        show_message(app, text);
     }
 }
 
@@ -297,7 +297,7 @@ static void go_back(struct viewer_app *app, bool forward)
 {
     if (app->hand == VIEWER_IDLE) {
         const bool good = forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
-        say(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
+        show_message(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
         look_under_pointer(app);
     }
 }
@@ -353,20 +353,20 @@ void viewer_app_drop(struct viewer_app *app, const char *path)
 /* The brush runs after the pointer, as far as one step may go: a frame's work is bounded however fast the pointer is. */
 static bool drag_on(struct viewer_app *app)
 {
-    float way[3];
-    vec3_sub(app->goal, app->brush.center, way);
-    const float length = vec3_length(way), most = viewer_reach(&app->model, &app->brush);
+    float displacement[3];
+    vec3_sub(app->goal, app->brush.center, displacement);
+    const float length = vec3_length(displacement), allowed = viewer_max_displacement(&app->model, &app->brush);
     for (int a = 0; a < 3; ++a) {
-        way[a] *= length > most ? most / length : 1.0f;
+        displacement[a] *= length > allowed ? allowed / length : 1.0f;
     }
-    return viewer_drag(&app->model, &app->brush, way);
+    return viewer_drag(&app->model, &app->brush, displacement);
 }
 
 static bool drag_is_due(const struct viewer_app *app)
 {
-    float way[3];
-    vec3_sub(app->goal, app->brush.center, way);
-    return vec3_length(way) > 0.01f * app->model.voxel;
+    float displacement[3];
+    vec3_sub(app->goal, app->brush.center, displacement);
+    return vec3_length(displacement) > 0.01f * app->model.voxel;
 }
 
 static bool works(const struct viewer_app *app)
@@ -378,19 +378,19 @@ static bool works(const struct viewer_app *app)
 static bool use_tool(struct viewer_app *app, float seconds)
 {
     const bool shift = (app->modifiers & VIEWER_SHIFT) != 0;
-    const bool whole = app->tool != VIEWER_PUSH && (app->modifiers & VIEWER_CTRL) != 0;
+    const bool everywhere = app->tool != VIEWER_PUSH && (app->modifiers & VIEWER_CTRL) != 0;
     if (app->tool == VIEWER_DRAG) {
         return drag_on(app);
     }
     look_under_pointer(app);
-    if (!app->hover && !whole) {
+    if (!app->hover && !everywhere) {
         return true;
     }
-    const struct viewer_brush *brush = whole ? NULL : &app->brush;
-    const float way = fminf(PUSH_SPEED * seconds * app->brush.radius, viewer_reach(&app->model, &app->brush));
+    const struct viewer_brush *brush = everywhere ? NULL : &app->brush;
+    const float distance = fminf(PUSH_SPEED * seconds * app->brush.radius, viewer_max_displacement(&app->model, &app->brush));
     switch (app->tool) {
-    case VIEWER_PUSH: return viewer_push(&app->model, &app->brush, shift ? way : -way);
-    case VIEWER_INFLATE: return viewer_inflate(&app->model, brush, shift ? -way : way);
+    case VIEWER_PUSH: return viewer_push(&app->model, &app->brush, shift ? distance : -distance);
+    case VIEWER_INFLATE: return viewer_inflate(&app->model, brush, shift ? -distance : distance);
     default: return viewer_smooth(&app->model, brush, fminf(1.0f, SMOOTH_SPEED * seconds));
     }
 }
@@ -406,9 +406,9 @@ void viewer_app_work(struct viewer_app *app, double seconds)
         app->kept = app->kept || done(app, viewer_history_keep(&app->history, &app->model));
         done(app, use_tool(app, (float)seconds));
     } else if (!viewer_model_at_rest(&app->model)) {
-        done(app, viewer_model_settle(&app->model));
+        done(app, viewer_model_rest_step(&app->model));
     } else if (app->second.ctx && !viewer_model_at_rest(&app->second)) {
-        viewer_model_settle(&app->second);
+        viewer_model_rest_step(&app->second);
         ++app->looks;
     }
 }

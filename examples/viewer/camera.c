@@ -6,14 +6,14 @@
 
 #define FIELD_OF_VIEW 35.0f /* degrees */
 
-void viewer_camera_fit(struct viewer_camera *camera, const float middle[3], float radius, float reach)
+void viewer_camera_fit(struct viewer_camera *camera, const float middle[3], float radius, float scene_radius)
 {
     memcpy(camera->target, middle, sizeof camera->target);
     memcpy(camera->middle, middle, sizeof camera->middle);
     camera->yaw = 0.5f;
     camera->pitch = 0.35f;
     camera->distance = 1.15f * radius / sinf(0.5f * FIELD_OF_VIEW * 0.01745329f);
-    camera->reach = reach;
+    camera->scene_radius = scene_radius;
 }
 
 struct raycast_frame viewer_camera_frame(const struct viewer_camera *camera, float aspect, float eye[3])
@@ -44,7 +44,7 @@ void viewer_camera_pan(struct viewer_camera *camera, float dx, float dy)
 
 void viewer_camera_zoom(struct viewer_camera *camera, float notches)
 {
-    camera->distance = fmaxf(0.02f * camera->reach, fminf(10.0f * camera->reach, camera->distance * powf(0.88f, notches)));
+    camera->distance = fmaxf(0.02f * camera->scene_radius, fminf(10.0f * camera->scene_radius, camera->distance * powf(0.88f, notches)));
 }
 
 struct viewer_ray viewer_camera_ray(const struct viewer_camera *camera, float x, float y, int width, int height)
@@ -63,7 +63,7 @@ void viewer_camera_matrix(const struct viewer_camera *camera, float aspect, floa
     const struct raycast_frame frame = viewer_camera_frame(camera, aspect, eye);
     vec3_sub(camera->middle, eye, away);
     const float depth = vec3_dot(away, frame.forward);
-    const float far = fmaxf(depth + camera->reach, 0.02f * camera->reach), near = fmaxf(depth - camera->reach, 0.002f * far);
+    const float far = fmaxf(depth + camera->scene_radius, 0.02f * camera->scene_radius), near = fmaxf(depth - camera->scene_radius, 0.002f * far);
     const float *rows[3] = {frame.right, frame.up, frame.forward};
     const float scale[3] = {1.0f / frame.half_width, 1.0f / frame.half_height, (far + near) / (far - near)};
     for (int c = 0; c < 4; ++c) {

@@ -8,7 +8,7 @@ struct viewer_camera {
     float target[3];
     float yaw, pitch; /* radians; 0, 0: from +z */
     float distance;   /* target to eye */
-    float reach;      /* everything lies this near to the middle of the grid */
+    float scene_radius;      /* everything lies this near to the middle of the grid */
     float middle[3];
 };
 
@@ -16,8 +16,8 @@ struct viewer_ray {
     float origin[3], direction[3]; /* direction of length 1 */
 };
 
-/* Sees a ball about `middle`; nothing is drawn further from there than `reach`. */
-void viewer_camera_fit(struct viewer_camera *camera, const float middle[3], float radius, float reach);
+/* Sees a ball about `middle`; nothing is drawn further from there than `scene_radius`. */
+void viewer_camera_fit(struct viewer_camera *camera, const float middle[3], float radius, float scene_radius);
 
 /* Ways of the pointer, in heights of the window; y grows downwards. */
 void viewer_camera_orbit(struct viewer_camera *camera, float dx, float dy);

@@ -53,9 +53,9 @@ bool viewer_gl_create(struct viewer_gl *gl, char *error, size_t size)
                                     COUNT(viewer_flat_fragment), error, size);
     glGenVertexArrays(1, &gl->nothing);
     glGenTextures(1, &gl->picture);
-    GLint most = 0;
-    glGetIntegerv(GL_MAX_SAMPLES, &most);
-    gl->samples = most < 4 ? most : 4;
+    GLint maximum = 0;
+    glGetIntegerv(GL_MAX_SAMPLES, &maximum);
+    gl->samples = maximum < 4 ? maximum : 4;
     for (char *c = error; *c; ++c) { /* drivers tell their reasons in several lines */
         *c = *c == '\n' || *c == '\r' ? ' ' : *c;
     }

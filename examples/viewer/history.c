@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MOST_BYTES ((size_t)1 << 29)
+#define MAX_BYTES ((size_t)1 << 29)
 
 static void truncate_to(struct viewer_history *history, int count)
 {
@@ -31,7 +31,7 @@ static void make_room(struct viewer_history *history, size_t size)
     for (int i = 0; i < history->count; ++i) {
         size += history->states[i].size;
     }
-    while (history->at > 0 && (history->count == VIEWER_MOST_STATES || size > MOST_BYTES)) {
+    while (history->at > 0 && (history->count == VIEWER_MAX_STATES || size > MAX_BYTES)) {
         size -= history->states[0].size;
         forget_oldest(history);
     }

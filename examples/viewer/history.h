@@ -4,7 +4,7 @@
 
 #include "viewer/model.h"
 
-enum { VIEWER_MOST_STATES = 64 };
+enum { VIEWER_MAX_STATES = 64 };
 
 struct viewer_state {
     void *block;
@@ -13,7 +13,7 @@ struct viewer_state {
 
 /* states[0 .. at - 1] are before the model, those behind `at` after it. */
 struct viewer_history {
-    struct viewer_state states[VIEWER_MOST_STATES];
+    struct viewer_state states[VIEWER_MAX_STATES];
     int count, at;
 };
 

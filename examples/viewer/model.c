@@ -78,7 +78,7 @@ static bool replace(struct viewer_model *model, struct viewer_model *made, bool 
 {
     if (good) {
         made->version = model->version + 1;
-        made->telling = model->telling + 1;
+        made->chunk_generation = model->chunk_generation + 1;
         viewer_model_free(model);
         *model = *made;
     } else {
@@ -135,7 +135,7 @@ static bool set_mesh(struct viewer_model *model, const struct mesh *mesh)
                                                      (int)mesh->triangle_count, NULL);
     const bool good = viewer_model_check(model, status) && viewer_model_check(model, springls_remesh(model->ctx)) && (!mesh->colors || take_colors(model, mesh, triangles));
     free(triangles);
-    model->unsettled = 2 * springls_get_params(model->ctx).resample_period;
+    model->rest_steps_due = 2 * springls_get_params(model->ctx).resample_period;
     return good && take_box(model);
 }
 
@@ -215,7 +215,7 @@ bool viewer_model_second_file(struct viewer_model *second, const struct viewer_m
 }
 
 /* Where one of two bodies has colours, the other becomes grey instead of black. */
-static bool make_grey(struct viewer_model *model)
+static bool make_gray(struct viewer_model *model)
 {
     const int count = springls_count(model->ctx);
     float *values = malloc(3 * (size_t)count * sizeof *values);
@@ -232,14 +232,14 @@ static bool make_grey(struct viewer_model *model)
 
 bool viewer_model_combine(struct viewer_model *model, springls_operation operation, struct viewer_model *other)
 {
-    if (model->colors < 0 && other->colors >= 0 && !make_grey(model)) {
+    if (model->colors < 0 && other->colors >= 0 && !make_gray(model)) {
         return false;
     }
-    if (model->colors >= 0 && other->colors < 0 && !make_grey(other)) {
+    if (model->colors >= 0 && other->colors < 0 && !make_gray(other)) {
         return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
     }
     ++model->version;
-    model->unsettled = springls_get_params(model->ctx).resample_period;
+    model->rest_steps_due = springls_get_params(model->ctx).resample_period;
     return viewer_model_check(model, springls_combine(model->ctx, operation, other->ctx));
 }
 
@@ -249,21 +249,21 @@ bool viewer_model_step(struct viewer_model *model, const springls_forces *forces
     const double begin = elapsed_seconds();
     const bool good = viewer_model_check(model, springls_step(model->ctx, &step));
     model->step_seconds = elapsed_seconds() - begin;
-    model->unsettled = springls_get_params(model->ctx).resample_period;
+    model->rest_steps_due = springls_get_params(model->ctx).resample_period;
     ++model->version;
     return good;
 }
 
-bool viewer_model_settle(struct viewer_model *model)
+bool viewer_model_rest_step(struct viewer_model *model)
 {
     const springls_forces none = {0};
-    const int due = model->unsettled;
+    const int due = model->rest_steps_due;
     const bool good = viewer_model_step(model, &none);
-    model->unsettled = good && due > 0 ? due - 1 : 0;
+    model->rest_steps_due = good && due > 0 ? due - 1 : 0;
     return good;
 }
 
-bool viewer_model_at_rest(const struct viewer_model *model) { return model->unsettled == 0; }
+bool viewer_model_at_rest(const struct viewer_model *model) { return model->rest_steps_due == 0; }
 
 bool viewer_model_chunks(struct viewer_model *model, bool material, const springls_chunk **changed, int *count)
 {
@@ -273,7 +273,7 @@ bool viewer_model_chunks(struct viewer_model *model, bool material, const spring
         model->chunks = NULL;
     }
     if (!model->chunks) {
-        ++model->telling;
+        ++model->chunk_generation;
         model->chunks_with_material = material;
         if (!viewer_model_check(model, springls_chunks_create(model->ctx, &desc, &model->chunks))) {
             return false;
@@ -285,7 +285,7 @@ bool viewer_model_chunks(struct viewer_model *model, bool material, const spring
 void viewer_model_restored(struct viewer_model *model)
 {
     model->colors = springls_find_attribute(model->ctx, COLOR);
-    model->unsettled = 0;
+    model->rest_steps_due = 0;
     ++model->version;
 }
 

@@ -15,12 +15,12 @@ struct viewer_model {
     float middle[3];    /* of the grid */
     float lower[3], upper[3]; /* box of the body as it was made: what its texture hangs on */
     int colors;         /* the attribute with the mesh's colours; -1: it had none */
-    int unsettled;      /* steps without a force that are still due */
+    int rest_steps_due;      /* steps without a force that are still due */
     unsigned version;   /* grows with every change */
     double step_seconds; /* of the last step */
     springls_chunks *chunks;    /* what viewer_model_chunks has told; NULL: nothing yet */
     bool chunks_with_material;
-    unsigned telling;           /* another number: all chunks are told anew */
+    unsigned chunk_generation;           /* another number: all chunks are told anew */
     char error[VIEWER_TEXT];
 };
 
@@ -48,7 +48,7 @@ bool viewer_model_check(struct viewer_model *model, springls_status status);
 bool viewer_model_step(struct viewer_model *model, const springls_forces *forces);
 
 /* Without a force: springls that a tool has moved find their rest, gaps are filled. */
-bool viewer_model_settle(struct viewer_model *model);
+bool viewer_model_rest_step(struct viewer_model *model);
 bool viewer_model_at_rest(const struct viewer_model *model);
 
 /* Chunks of the surface that have changed since the last call. When model->telling changes, those told before are void:

@@ -59,9 +59,9 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
     if (!viewer_model_chunks(model, material, &changed, &count)) {
         return false;
     }
-    if (!scene->chunks || scene->telling != model->telling) {
+    if (!scene->chunks || scene->chunk_generation != model->chunk_generation) {
         forget_chunks(scene);
-        scene->telling = model->telling;
+        scene->chunk_generation = model->chunk_generation;
         scene->chunks_side = (model->grid + 7) / 8;
         scene->chunks = calloc((size_t)chunk_places(scene), sizeof *scene->chunks);
         if (!scene->chunks) {
@@ -110,7 +110,7 @@ static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_
 {
     const float brush[4] = {app->brush.center[0], app->brush.center[1], app->brush.center[2], app->brush.radius};
     const bool shows_brush = app->hover || (app->hand == VIEWER_WORK && app->tool == VIEWER_DRAG);
-    const bool whole = app->hand == VIEWER_WORK && app->modifiers & VIEWER_CTRL;
+    const bool everywhere = app->hand == VIEWER_WORK && app->modifiers & VIEWER_CTRL;
     float middle[3];
     for (int a = 0; a < 3; ++a) {
         middle[a] = 0.5f * (app->model.lower[a] + app->model.upper[a]);
@@ -120,7 +120,7 @@ static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_
                                  .edges = app->view == VIEWER_SPRINGLS,
                                  .wires = app->view == VIEWER_WIREFRAME,
                                  .middle = middle,
-                                 .brush = shows_brush && !whole && app->tool != VIEWER_CUT ? brush : NULL};
+                                 .brush = shows_brush && !everywhere && app->tool != VIEWER_CUT ? brush : NULL};
     if (in_chunks(app)) {
         viewer_gl_draw(&scene->gl, scene->chunks, chunk_places(scene), &app->camera, &paint);
     } else {

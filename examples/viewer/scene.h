@@ -10,7 +10,7 @@ struct viewer_scene {
     struct viewer_surface body, second;     /* whole meshes */
     struct viewer_surface *chunks;          /* or the body brick by brick, x fastest, chunks_side bricks a side */
     int chunks_side;
-    unsigned telling;                       /* of the chunks: see model.h */
+    unsigned chunk_generation;                       /* of the chunks: see model.h */
     unsigned body_version, second_version;  /* that the surfaces are of */
     enum viewer_view body_view;
     char text[2048];                       /* that the panel shows */

@@ -7,14 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_WORDS = 5, MOST_FRAMES = 100000 };
+enum { MAX_WORDS = 5, MAX_FRAMES = 100000 };
 #define FRAME_SECONDS (1.0 / 60.0)
 
 struct run {
     struct viewer_app *app;
     viewer_show_fn show;
     void *user;
-    char *words[MOST_WORDS + 1];
+    char *words[MAX_WORDS + 1];
     int count;
 };
 
@@ -37,7 +37,7 @@ static bool frames(struct run *run, int count)
 /* Until the model is at rest; a button that is down may keep it busy for ever. */
 static bool rest(struct run *run)
 {
-    for (int i = 0; i < MOST_FRAMES && viewer_app_busy(run->app); ++i) {
+    for (int i = 0; i < MAX_FRAMES && viewer_app_busy(run->app); ++i) {
         if (!frame(run, NULL)) {
             return false;
         }
@@ -45,9 +45,9 @@ static bool rest(struct run *run)
     return true;
 }
 
-static bool number(const char *word, double least, double most, double *value)
+static bool number(const char *word, double minimum, double maximum, double *value)
 {
-    return cli_read_double(word, value) && *value >= least && *value <= most;
+    return cli_read_double(word, value) && *value >= minimum && *value <= maximum;
 }
 
 /* "shift" and "ctrl" from word `first` on. */
@@ -100,7 +100,7 @@ static enum result obey(struct run *run)
     int bits = 0;
     if (strcmp(verb, "move") == 0 && (run->count == 3 || run->count == 4)) {
         const bool good = number(first, -1e5, 1e5, &x) && number(run->words[2], -1e5, 1e5, &y)
-                          && (run->count == 3 || number(run->words[3], 1.0, MOST_FRAMES, &n));
+                          && (run->count == 3 || number(run->words[3], 1.0, MAX_FRAMES, &n));
         return !good ? WRONG : move(run, x, y, (int)n) ? DONE : FAILED;
     }
     if (strcmp(verb, "press") == 0 && run->count > 1 && button(first) >= 0 && modifiers(run, 2, &bits)) {
@@ -123,7 +123,7 @@ static enum result obey(struct run *run)
         viewer_app_drop(run->app, first);
         return DONE;
     }
-    if (strcmp(verb, "frames") == 0 && run->count == 2 && number(first, 1.0, MOST_FRAMES, &n)) {
+    if (strcmp(verb, "frames") == 0 && run->count == 2 && number(first, 1.0, MAX_FRAMES, &n)) {
         return frames(run, (int)n) ? DONE : FAILED;
     }
     if (strcmp(verb, "rest") == 0 && run->count == 1) {
@@ -140,7 +140,7 @@ static void cut_into_words(struct run *run, char *line)
     static const char blanks[] = " \t\r\n";
     line[strcspn(line, "#")] = '\0';
     run->count = 0;
-    for (char *word = strtok(line, blanks); word && run->count <= MOST_WORDS; word = strtok(NULL, blanks)) {
+    for (char *word = strtok(line, blanks); word && run->count <= MAX_WORDS; word = strtok(NULL, blanks)) {
         run->words[run->count++] = word;
     }
 }

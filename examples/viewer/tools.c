@@ -8,13 +8,13 @@
 /* A brush in voxels and what it does in the time 1 of a step: read by force callbacks. */
 struct stroke {
     float center[3], radius;
-    float way[3];    /* drag */
+    float displacement[3];    /* drag */
     float amount;    /* inflate, smooth */
     bool everywhere; /* no fading: the whole body */
 };
 
 /* The Laplacian of a distance is the sum of the principal curvatures; its explicit steps are stable up to h^2 / 6. */
-#define MOST_SMOOTHING 0.16f
+#define MAX_SMOOTHING 0.16f
 
 static float fading(const float from_center[3], float radius)
 {
@@ -96,7 +96,7 @@ bool viewer_pick(struct viewer_model *model, const struct viewer_ray *ray, struc
 /* ---- moving it ---- */
 
 /* The gradient of w is at most 1.54 / R: with a quarter of R the map x + way * w(x) has a Jacobian of 0.6 or more. */
-float viewer_reach(const struct viewer_model *model, const struct viewer_brush *brush)
+float viewer_max_displacement(const struct viewer_model *model, const struct viewer_brush *brush)
 {
     return fminf(2.0f * model->voxel, 0.25f * brush->radius);
 }
@@ -105,38 +105,38 @@ static void drag_velocity(void *user, const float *points, int count, float time
 {
     const struct stroke *s = user;
     float center[3], from_center[3];
-    vec3_add_scaled(s->center, time, s->way, center); /* the ball moves with what it holds */
+    vec3_add_scaled(s->center, time, s->displacement, center); /* the ball moves with what it holds */
     for (int i = 0; i < 3 * count; i += 3) {
         vec3_sub(points + i, center, from_center);
         const float w = fading(from_center, s->radius);
         for (int a = 0; a < 3; ++a) {
-            out[i + a] = w * s->way[a];
+            out[i + a] = w * s->displacement[a];
         }
     }
 }
 
-bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const float way[3])
+bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const float displacement[3])
 {
     struct stroke stroke = in_voxels(model, brush);
     const springls_forces forces = {.velocity = drag_velocity, .user = &stroke};
     for (int a = 0; a < 3; ++a) {
-        stroke.way[a] = way[a] / model->voxel;
+        stroke.displacement[a] = displacement[a] / model->voxel;
     }
     springls_set_time(model->ctx, 0.0);
     if (!viewer_model_step(model, &forces)) {
         return false;
     }
-    vec3_add_scaled(brush->center, 1.0f, way, brush->center);
+    vec3_add_scaled(brush->center, 1.0f, displacement, brush->center);
     return true;
 }
 
 /* All that is in the brush goes one way, as a drag along the normal: pressure along the springls' own normals would fold a dent. */
-bool viewer_push(struct viewer_model *model, const struct viewer_brush *brush, float way)
+bool viewer_push(struct viewer_model *model, const struct viewer_brush *brush, float distance)
 {
     const float still[3] = {0.0f, 0.0f, 0.0f};
     struct viewer_brush moved = *brush;
     float along[3];
-    vec3_add_scaled(still, way, brush->normal, along);
+    vec3_add_scaled(still, distance, brush->normal, along);
     return viewer_drag(model, &moved, along);
 }
 
@@ -151,11 +151,11 @@ static void brush_pressure(void *user, const float *points, const float *normals
     }
 }
 
-bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush, float way)
+bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush, float distance)
 {
     struct stroke stroke = in_voxels(model, brush);
     const springls_forces forces = {.pressure = brush_pressure, .user = &stroke};
-    stroke.amount = way / model->voxel;
+    stroke.amount = distance / model->voxel;
     return viewer_model_step(model, &forces);
 }
 
@@ -232,7 +232,7 @@ static bool smooth_in_brush(struct viewer_model *model, struct stroke *stroke)
 bool viewer_smooth(struct viewer_model *model, const struct viewer_brush *brush, float amount)
 {
     struct stroke stroke = in_voxels(model, brush);
-    const springls_forces whole = {.curvature_weight = MOST_SMOOTHING * amount};
-    stroke.amount = MOST_SMOOTHING * amount;
-    return brush ? smooth_in_brush(model, &stroke) : viewer_model_step(model, &whole);
+    const springls_forces everywhere_forces = {.curvature_weight = MAX_SMOOTHING * amount};
+    stroke.amount = MAX_SMOOTHING * amount;
+    return brush ? smooth_in_brush(model, &stroke) : viewer_model_step(model, &everywhere_forces);
 }

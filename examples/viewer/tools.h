@@ -16,16 +16,16 @@ struct viewer_brush {
 bool viewer_pick(struct viewer_model *model, const struct viewer_ray *ray, struct viewer_brush *brush);
 
 /* The furthest that one call with this brush should go, world units: the flow stays one to one, and one step suffices. */
-float viewer_reach(const struct viewer_model *model, const struct viewer_brush *brush);
+float viewer_max_displacement(const struct viewer_model *model, const struct viewer_brush *brush);
 
-/* Moves what is in the brush by `way`, and the brush's centre with it. */
-bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const float way[3]);
+/* Moves what is in the brush by `distance`, and the brush's centre with it. */
+bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const float displacement[3]);
 
 /* Moves the surface that faces as the brush does along its normal, world units: positive outward. */
-bool viewer_push(struct viewer_model *model, const struct viewer_brush *brush, float way);
+bool viewer_push(struct viewer_model *model, const struct viewer_brush *brush, float distance);
 
 /* Moves the surface along its normal whichever way it faces; brush NULL: the whole body. */
-bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush, float way);
+bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush, float distance);
 
 /* Motion by mean curvature; amount 1 is as much as one step bears. brush NULL: the whole body. */
 bool viewer_smooth(struct viewer_model *model, const struct viewer_brush *brush, float amount);

@@ -86,10 +86,10 @@ int main(int argc, char **argv)
     springls_params params;
     springls_desc desc;
     int status = read_command_line(&set, argc, argv);
-    if (status == CLI_GO_ON) {
+    if (status == CLI_CONTINUE) {
         status = run_options("viewer", &set.common, set.set, &params);
     }
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     memset(&desc, 0, sizeof desc);

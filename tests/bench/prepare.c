@@ -65,7 +65,7 @@ int main(int argc, char **argv)
     const int status = cli_parse(&program, argc, argv);
     struct volume image, cubes;
     char error[VOLUME_TEXT];
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (!volume_read(in, 0, &image, error)) {

@@ -114,7 +114,7 @@ TEST cli_reads_every_type(void)
     struct parsed p;
     const char *const argv[] = {"probe", "--period=2.5", "--center", "-1,0.5,2e1", "scan.nii", "--grid", "64", "--quiet",
                                 "--json", "-", "--mode", "fast", "--weight", "-.5", "--backend", "opencl", NULL};
-    ASSERT_EQ(CLI_GO_ON, parse(&p, 16, argv));
+    ASSERT_EQ(CLI_CONTINUE, parse(&p, 16, argv));
     ASSERT_STR_EQ("opencl", p.common.backend);
     ASSERT_IN_RANGE(2.5, p.period, 0.0);
     ASSERT_IN_RANGE(-1.0f, p.center[0], 0.0f);

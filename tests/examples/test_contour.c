@@ -151,7 +151,7 @@ TEST forces_add_up_as_written(void)
     for (int k = 0; k < 18; ++k)
         for (int j = 0; j < 18; ++j)
             for (int i = 0; i < 18; ++i) away[voxel_at(&padded, i, j, k)] = 2.0f * ((float)i - 9.0f); /* mm */
-    struct segment_push push = {.pressure = zero, .seen = image.data, .region_weight = 0.5f, .inside = 100.0f, .outside = 40.0f,
+    struct segment_push push = {.pressure = zero, .image = image.data, .region_weight = 0.5f, .inside = 100.0f, .outside = 40.0f,
                                 .ramp = 10.0f, .size = 2.0f};
     segment_combine(&image, &push, &padded);
     for (int i = 2; i < 14; ++i) { /* half of (2u - c1 - c2) / (c1 - c2), cut at 1 */

@@ -323,7 +323,7 @@ TEST heat_weights_of_a_tube_are_symmetric_and_sum_to_one(void)
     ASSERT_EQ(2, check.euler);
     ASSERT(heat_weights(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, bones, 2, weights, &report));
     ASSERT(report.sum_error < 1e-5);
-    ASSERT_EQ(TUBE_VERTICES, report.seen);
+    ASSERT_EQ(TUBE_VERTICES, report.visible);
     for (int r = 0; r < RINGS; ++r) {
         const float *mine = weights + 2 * (r * AROUND + 3), *other = weights + 2 * ((RINGS - 1 - r) * AROUND + 3);
         ASSERT_NEAR(1.0, mine[0] + mine[1], 1e-6);

@@ -532,7 +532,7 @@ TEST demons_find_a_known_motion(void)
     }
     /* An eighth of the way, eight times. */
     struct registration part;
-    ASSERT(registration_part(&reg, 8, &part));
+    ASSERT(registration_substep(&reg, 8, &part));
     for (size_t n = 0; n < volume_voxels(&scene.fixed); n += 11) {
         float index[3], x[3], y[3];
         place_of(scene.fixed.dims, n, index);

@@ -325,7 +325,7 @@ TEST beating_heart_is_tracked(void)
     track.registration = register_defaults();
     track.registration.align = REGISTER_ALIGN_NONE;
     track.registration.one_scale = true;
-    ASSERT_EQ(CLI_GO_ON, run_options("track4d", &track.settings.common, TRACKING_PARAMETERS, &track.params));
+    ASSERT_EQ(CLI_CONTINUE, run_options("track4d", &track.settings.common, TRACKING_PARAMETERS, &track.params));
     ASSERT(track_read(&track));
     ASSERT_EQ(150u, track.landmark_count);
     ASSERT(track_motion_make(&track, 5, 1, NULL, &motion));

@@ -197,7 +197,7 @@ TEST smooth_levels_a_bump(void)
 
     model = ball();
     for (int i = 0; i < 20; ++i) ASSERT(viewer_smooth(&model, NULL, 1.0f));
-    const float voxels = 1.0f / model.voxel, expected = sqrtf(voxels * voxels - 4.0f * 20.0f * MOST_SMOOTHING) * model.voxel;
+    const float voxels = 1.0f / model.voxel, expected = sqrtf(voxels * voxels - 4.0f * 20.0f * MAX_SMOOTHING) * model.voxel;
     ASSERT_IN_RANGE(expected, radius_along(&model, 0.0f, 0.0f, 1.0f), 0.1f * model.voxel);
     viewer_model_free(&model);
     PASS();
@@ -268,7 +268,7 @@ TEST a_saved_mesh_is_read_again(void)
         struct viewer_model again = {0};
         ASSERT(viewer_model_file(&again, &model.desc, scratch(names[f])));
         ASSERT_IN_RANGE(measured(&model).volume, measured(&again).volume, 0.005 * measured(&model).volume);
-        while (!viewer_model_at_rest(&again)) ASSERT(viewer_model_settle(&again));
+        while (!viewer_model_at_rest(&again)) ASSERT(viewer_model_rest_step(&again));
         ASSERT_IN_RANGE(measured(&model).volume, measured(&again).volume, 0.005 * measured(&model).volume);
         viewer_model_free(&again);
     }
@@ -425,7 +425,7 @@ TEST a_script_that_is_wrong_is_refused(void)
 }
 
 /* A mesh of two colours keeps them, each on its side, and they are written. */
-TEST colours_of_a_mesh_are_carried(void)
+TEST colors_of_a_mesh_are_carried(void)
 {
     char error[MESH_TEXT];
     struct viewer_model model = ball();
@@ -597,10 +597,10 @@ TEST pictures_show_what_there_is(void)
     ASSERT(changed(dent, texture) > 2000);
     ASSERT(changed(dent, wires) > 2000);
     ASSERT(changed(dent, help) > 2000); /* the manual's panel */
-    int coloured = 0;
+    int colored = 0;
     for (int y = 0; y < HIGH; ++y)
-        for (int x = 0; x < WIDE; ++x) coloured += abs(texture[y][x][0] - texture[y][x][1]) + abs(texture[y][x][1] - texture[y][x][2]) > 90;
-    ASSERT(coloured > 2000);
+        for (int x = 0; x < WIDE; ++x) colored += abs(texture[y][x][0] - texture[y][x][1]) + abs(texture[y][x][1] - texture[y][x][2]) > 90;
+    ASSERT(colored > 2000);
     PASS();
 }
 
@@ -641,7 +641,7 @@ int main(int argc, char **argv)
     RUN_TEST(smooth_levels_a_bump);
     RUN_TEST(cut_makes_two_and_merge_one);
     RUN_TEST(a_saved_mesh_is_read_again);
-    RUN_TEST(colours_of_a_mesh_are_carried);
+    RUN_TEST(colors_of_a_mesh_are_carried);
     RUN_TEST(the_pointer_pushes_and_drags);
     RUN_TEST(the_pointer_turns_the_camera);
     RUN_TEST(the_pointer_cuts_and_merges);

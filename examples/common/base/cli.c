@@ -147,13 +147,13 @@ static int store(const struct cli_program *program, const struct cli_option *opt
     switch (option->type) {
     case CLI_FLAG:
         *(bool *)option->destination = true;
-        return CLI_GO_ON;
+        return CLI_CONTINUE;
     case CLI_INT:
         if (!cli_read_int(text, &integer) || !in_range(option, integer)) {
             return bad_value(program, option, text, "an integer");
         }
         *(int *)option->destination = integer;
-        return CLI_GO_ON;
+        return CLI_CONTINUE;
     case CLI_FLOAT:
     case CLI_DOUBLE:
         if (!cli_read_double(text, &real) || !in_range(option, real)
@@ -165,25 +165,25 @@ static int store(const struct cli_program *program, const struct cli_option *opt
         } else {
             *(double *)option->destination = real;
         }
-        return CLI_GO_ON;
+        return CLI_CONTINUE;
     case CLI_FLOAT3:
         if (!read_triple(option, text, triple)) {
             return bad_value(program, option, text, "three numbers x,y,z");
         }
         memcpy(option->destination, triple, sizeof triple);
-        return CLI_GO_ON;
+        return CLI_CONTINUE;
     case CLI_CHOICE:
         if (!is_choice(option->choices, text) || strchr(text, '|')) {
             return bad_value(program, option, text, option->choices);
         }
         *(const char **)option->destination = text;
-        return CLI_GO_ON;
+        return CLI_CONTINUE;
     case CLI_STRING:
         if (!*text) {
             return cli_fail(program->name, CLI_EXIT_USAGE, "--%s: expected a value that is not empty", option->name);
         }
         *(const char **)option->destination = text;
-        return CLI_GO_ON;
+        return CLI_CONTINUE;
     }
     return cli_fail(program->name, CLI_EXIT_USAGE, "--%s: unknown option type", option->name);
 }
@@ -281,7 +281,7 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
         }
         if (options_over || token[0] != '-' || token[1] == '\0') {
             const bool last = positional + 1 >= program->positional_count;
-            if (last && program->repeated ? *program->repeated == program->repeated_most : positional == program->positional_count) {
+            if (last && program->repeated ? *program->repeated == program->max_repeated : positional == program->positional_count) {
                 return cli_fail(program->name, CLI_EXIT_USAGE, "unexpected argument '%s' (see --help)", token);
             }
             if (last && program->repeated) {
@@ -314,7 +314,7 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
             text = argv[++i];
         }
         const int status = store(program, option, text);
-        if (status != CLI_GO_ON) {
+        if (status != CLI_CONTINUE) {
             return status;
         }
     }
@@ -322,5 +322,5 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
         return cli_fail(program->name, CLI_EXIT_USAGE, "missing argument %s (see --help)",
                         program->positionals[positional].name);
     }
-    return CLI_GO_ON;
+    return CLI_CONTINUE;
 }

@@ -9,7 +9,7 @@
  *   const struct cli_program program = {.name = "leveque", .summary = "...", .common = &common,
  *                                       .options = options, .option_count = 1};
  *   int status = cli_parse(&program, argc, argv);
- *   if (status != CLI_GO_ON) return status;
+ *   if (status != CLI_CONTINUE) return status;
  *
  * Accepted: `--name value`, `--name=value`, flags without a value, `--` (everything after it is positional). Numbers
  * must be the whole token, finite and in range. A value may begin with '-' (negative numbers, "-" for stdout). */
@@ -66,15 +66,15 @@ struct cli_program {
     int option_count;
     const struct cli_positional *positionals;
     int positional_count;
-    int *repeated;     /* not NULL: the last positional may be given `repeated_most` times, its destination is an array */
-    int repeated_most; /* of that size, and *repeated, 0 at the start, becomes the number given */
+    int *repeated;     /* not NULL: the last positional may be given `max_repeated` times, its destination is an array */
+    int max_repeated; /* of that size, and *repeated, 0 at the start, becomes the number given */
 };
 
-enum { CLI_GO_ON = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE = 2 };
+enum { CLI_CONTINUE = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE = 2 };
 
 struct cli_common cli_common_defaults(void);
 
-/* CLI_GO_ON, or the status that main should return: CLI_EXIT_OK after --help (usage on stdout), CLI_EXIT_USAGE after
+/* CLI_CONTINUE, or the status that main should return: CLI_EXIT_OK after --help (usage on stdout), CLI_EXIT_USAGE after
  * one line on stderr. Destinations may be partly written when it fails. */
 int cli_parse(const struct cli_program *program, int argc, char **argv);
 

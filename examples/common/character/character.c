@@ -66,10 +66,10 @@ int character_joint(const struct character *character, const char *name)
 /* ---- poses ---- */
 
 /* Number of the last key that is not after `time`, and how far it is to the next one, 0..1. */
-static int find_key(const struct keys *keys, double time, double *part)
+static int find_key(const struct keys *keys, double time, double *fraction)
 {
     int low = 0, high = keys->count - 1;
-    *part = 0.0;
+    *fraction = 0.0;
     while (low < high) {
         const int middle = (low + high + 1) / 2;
         if (keys->times[middle] <= time) {
@@ -79,31 +79,31 @@ static int find_key(const struct keys *keys, double time, double *part)
         }
     }
     if (low + 1 < keys->count && time > keys->times[low]) {
-        *part = (time - keys->times[low]) / (keys->times[low + 1] - keys->times[low]);
+        *fraction = (time - keys->times[low]) / (keys->times[low + 1] - keys->times[low]);
     }
     return low;
 }
 
 static void sample_vector(const struct keys *keys, double time, double out[3])
 {
-    double part;
+    double fraction;
     if (keys->count == 0) {
         return;
     }
-    const double *a = keys->values + 3 * find_key(keys, time, &part), *b = part > 0.0 ? a + 3 : a;
+    const double *a = keys->values + 3 * find_key(keys, time, &fraction), *b = fraction > 0.0 ? a + 3 : a;
     for (int i = 0; i < 3; ++i) {
-        out[i] = a[i] + part * (b[i] - a[i]);
+        out[i] = a[i] + fraction * (b[i] - a[i]);
     }
 }
 
 static void sample_rotation(const struct keys *keys, double time, double out[4])
 {
-    double part;
+    double fraction;
     if (keys->count == 0) {
         return;
     }
-    const double *a = keys->values + 4 * find_key(keys, time, &part), *b = part > 0.0 ? a + 4 : a;
-    quaternion_slerp(a, b, part, out);
+    const double *a = keys->values + 4 * find_key(keys, time, &fraction), *b = fraction > 0.0 ? a + 4 : a;
+    quaternion_slerp(a, b, fraction, out);
 }
 
 static struct placement animated(const struct character *character, const struct animation *animation, int joint, double time)
@@ -172,17 +172,17 @@ void character_skin(const struct character *character, const struct affine *skin
 
 void influences_add(struct influences *influences, int joint, float weight)
 {
-    int least = 0;
+    int minimum = 0;
     for (int k = 0; k < CHARACTER_BONES; ++k) {
         if (influences->weight[k] > 0.0f && influences->joint[k] == joint) {
             influences->weight[k] += weight;
             return;
         }
-        least = influences->weight[k] < influences->weight[least] ? k : least;
+        minimum = influences->weight[k] < influences->weight[minimum] ? k : minimum;
     }
-    if (weight > influences->weight[least]) {
-        influences->joint[least] = joint;
-        influences->weight[least] = weight;
+    if (weight > influences->weight[minimum]) {
+        influences->joint[minimum] = joint;
+        influences->weight[minimum] = weight;
     }
 }
 

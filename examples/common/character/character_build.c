@@ -9,7 +9,7 @@
 #include <string.h>
 
 enum { COLUMNS = 16, ROWS = 18, CAP_ROWS = 4, PART_VERTICES = (COLUMNS + 1) * ROWS, PART_TRIANGLES = 2 * COLUMNS * (ROWS - 1),
-       MOST_PARTS = 24, WALK_KEYS = 25 };
+       MAX_PARTS = 24, WALK_KEYS = 25 };
 
 #define WALK_SECONDS 1.2
 
@@ -220,13 +220,13 @@ bool character_build(int number, struct character *c, char error[CHARACTER_TEXT]
     const int count = number ? (int)(sizeof broad / sizeof *broad) : (int)(sizeof slim / sizeof *slim);
     memset(c, 0, sizeof *c);
     c->skinned = true;
-    c->joints = calloc(MOST_PARTS, sizeof *c->joints);
-    c->positions = malloc(3 * MOST_PARTS * PART_VERTICES * sizeof *c->positions);
-    c->uvs = malloc(2 * MOST_PARTS * PART_VERTICES * sizeof *c->uvs);
-    c->colors = malloc(3 * MOST_PARTS * PART_VERTICES * sizeof *c->colors);
-    c->influences = malloc(MOST_PARTS * PART_VERTICES * sizeof *c->influences);
-    c->triangles = malloc(3 * MOST_PARTS * PART_TRIANGLES * sizeof *c->triangles);
-    c->images_of = malloc(MOST_PARTS * PART_TRIANGLES * sizeof *c->images_of);
+    c->joints = calloc(MAX_PARTS, sizeof *c->joints);
+    c->positions = malloc(3 * MAX_PARTS * PART_VERTICES * sizeof *c->positions);
+    c->uvs = malloc(2 * MAX_PARTS * PART_VERTICES * sizeof *c->uvs);
+    c->colors = malloc(3 * MAX_PARTS * PART_VERTICES * sizeof *c->colors);
+    c->influences = malloc(MAX_PARTS * PART_VERTICES * sizeof *c->influences);
+    c->triangles = malloc(3 * MAX_PARTS * PART_TRIANGLES * sizeof *c->triangles);
+    c->images_of = malloc(MAX_PARTS * PART_TRIANGLES * sizeof *c->images_of);
     bool good = c->joints && c->positions && c->uvs && c->colors && c->influences && c->triangles && c->images_of;
     for (int b = 0; good && b < count; ++b) {
         add_joint(c, &limbs[b]);

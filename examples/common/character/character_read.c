@@ -19,7 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_JOINTS = 4096 };
+enum { MAX_JOINTS = 4096 };
 
 /* One text for both. */
 typedef char same_length[CHARACTER_TEXT == (int)MESH_TEXT ? 1 : -1];
@@ -76,11 +76,11 @@ static int count_nodes(const struct aiNode *node, int depth)
     int count = 1;
     for (unsigned i = 0; depth < 512 && i < node->mNumChildren; ++i) {
         count += count_nodes(node->mChildren[i], depth + 1);
-        if (count > MOST_JOINTS) {
+        if (count > MAX_JOINTS) {
             return count;
         }
     }
-    return depth < 512 ? count : MOST_JOINTS + 1;
+    return depth < 512 ? count : MAX_JOINTS + 1;
 }
 
 static bool add_nodes(struct reader *r, const struct aiNode *node, int parent)
@@ -461,7 +461,7 @@ static bool read_scene(struct reader *r, const char *props)
 {
     struct character *c = r->character;
     const int count = r->scene->mRootNode ? count_nodes(r->scene->mRootNode, 0) : 0;
-    if (count == 0 || count > MOST_JOINTS) {
+    if (count == 0 || count > MAX_JOINTS) {
         return fail(r, count == 0 ? "no nodes" : "too many nodes, or nodes within themselves");
     }
     c->joints = calloc((size_t)count, sizeof *c->joints);

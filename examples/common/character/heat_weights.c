@@ -154,16 +154,16 @@ static float segment_distance(const struct bone *bone, const float point[3], flo
 }
 
 /* The straight way to the bone does not leave the body: it goes in, and meets no triangle beyond the vertex's own. */
-static bool sees(const struct bvh *bvh, const float point[3], const float normal[3], const float there[3], float edge)
+static bool is_visible(const struct bvh *bvh, const float point[3], const float normal[3], const float there[3], float edge)
 {
-    float way[3];
-    vec3_sub(there, point, way);
-    const float length = vec3_length(way);
+    float direction[3];
+    vec3_sub(there, point, direction);
+    const float length = vec3_length(direction);
     if (length <= 2.0f * edge) {
         return true;
     }
-    vec3_normalize(way);
-    return vec3_dot(way, normal) < 0.0f && !bvh_any_hit(bvh, point, way, edge, length);
+    vec3_normalize(direction);
+    return vec3_dot(direction, normal) < 0.0f && !bvh_any_hit(bvh, point, direction, edge, length);
 }
 
 /* Heat and share of every bone at a vertex; bones that are equally near share. */
@@ -187,7 +187,7 @@ static bool warm(const struct bvh *bvh, const float *point, const float *normal,
     }
     const double d = (double)fmaxf(best, 0.5f * edge);
     *heat = equal / (d * d);
-    return sees(bvh, point, normal, there, edge);
+    return is_visible(bvh, point, normal, there, edge);
 }
 
 static float mean_edge(const float *positions, const int *triangles, int triangle_count)
@@ -251,22 +251,22 @@ bool heat_weights(const float *positions, int vertex_count, const int *triangles
         return false;
     }
     const float edge = mean_edge(positions, triangles, triangle_count);
-    int seen = 0;
+    int visible_count = 0;
 #if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256) reduction(+ : seen)
+    #pragma omp parallel for schedule(dynamic, 256) reduction(+ : visible_count)
 #endif
     for (int v = 0; v < vertex_count; ++v) {
-        const bool visible = warm(&h.bvh, positions + 3 * v, h.normals + 3 * v, bones, bone_count, edge, &h.heat[v],
-                                  weights + (size_t)v * (size_t)bone_count);
-        h.heat[v] = visible && h.area[v] > 0.0 ? h.area[v] * h.heat[v] : 0.0;
-        seen += h.heat[v] > 0.0;
+        const bool warmed = warm(&h.bvh, positions + 3 * v, h.normals + 3 * v, bones, bone_count, edge, &h.heat[v],
+                                 weights + (size_t)v * (size_t)bone_count);
+        h.heat[v] = warmed && h.area[v] > 0.0 ? h.area[v] * h.heat[v] : 0.0;
+        visible_count += h.heat[v] > 0.0;
     }
-    report->seen = seen;
+    report->visible = visible_count;
     for (int v = 0; v < vertex_count; ++v) {
         h.matrix.diagonal[v] += h.heat[v];
         h.matrix.diagonal[v] = h.matrix.diagonal[v] > 0.0 ? h.matrix.diagonal[v] : 1.0;
     }
-    for (int b = 0; seen > 0 && b < bone_count; ++b) {
+    for (int b = 0; visible_count > 0 && b < bone_count; ++b) {
         for (int v = 0; v < vertex_count; ++v) {
             h.x[v] = (double)weights[(size_t)v * (size_t)bone_count + (size_t)b];
             h.right[v] = h.heat[v] * h.x[v];
@@ -287,5 +287,5 @@ bool heat_weights(const float *positions, int vertex_count, const int *triangles
         }
     }
     heat_free(&h);
-    return seen > 0;
+    return visible_count > 0;
 }

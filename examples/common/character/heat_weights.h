@@ -15,7 +15,7 @@ struct bone {
 };
 
 struct heat_report {
-    int seen;           /* vertices that see their nearest bone */
+    int visible;           /* vertices that see their nearest bone */
     int iterations;     /* of conjugate gradients, all bones together */
     double sum_error;   /* largest |sum of weights - 1| before they were made to sum to 1 */
 };

@@ -135,7 +135,7 @@ static int first_bone(const struct character *character)
 /* The bone with most bones below it: where feet or helpers have chains of their own, the first one may be none of the body. */
 static int trunk(const struct character *character)
 {
-    int best = -1, most = -1;
+    int best = -1, best_below = -1;
     for (int j = 0; j < character->joint_count; ++j) {
         int below = 0;
         for (int k = j + 1; character->joints[j].bone && k < character->joint_count; ++k) {
@@ -145,8 +145,8 @@ static int trunk(const struct character *character)
             }
             below += up == j && character->joints[k].bone;
         }
-        if (character->joints[j].bone && below > most) {
-            most = below;
+        if (character->joints[j].bone && below > best_below) {
+            best_below = below;
             best = j;
         }
     }
@@ -280,21 +280,21 @@ struct bone_ends { /* of one joint and its likes below: three or more points, th
 static struct affine fit_fork(struct bone_ends *ends, const struct affine *above)
 {
     struct similarity fit;
-    double reach = 0.0;
+    double size = 0.0;
     for (size_t n = 1; n < ends->count; ++n) {
         float d[3];
         vec3_sub(ends->from + 3 * n, ends->from, d);
-        reach = fmax(reach, (double)vec3_length(d));
+        size = fmax(size, (double)vec3_length(d));
     }
     for (int k = 0; k < 6; ++k) {
         float *from = ends->from + 3 * ends->count, *to = ends->to + 3 * ends->count;
         for (int i = 0; i < 3; ++i) {
-            const double step = k / 2 == i ? (k % 2 ? -0.1 : 0.1) * reach : 0.0;
+            const double step = k / 2 == i ? (k % 2 ? -0.1 : 0.1) * size : 0.0;
             from[i] = ends->from[i] + (float)step;
             to[i] = ends->to[i];
         }
         for (int i = 0; i < 3; ++i) {
-            to[i] += (float)(above->m[4 * i + k / 2] * (k % 2 ? -0.1 : 0.1) * reach);
+            to[i] += (float)(above->m[4 * i + k / 2] * (k % 2 ? -0.1 : 0.1) * size);
         }
         ends->weights[ends->count++] = 0.3;
     }
@@ -353,8 +353,8 @@ static double skeleton_ratio(const struct character *source, const struct charac
 
 void skeleton_fit_bones(const struct character *source, const struct character *target, const int *map, struct affine *bones)
 {
-    const size_t most = (size_t)source->joint_count + 8;
-    struct bone_ends ends = {malloc(3 * most * sizeof(float)), malloc(3 * most * sizeof(float)), malloc(most * sizeof(double)),
+    const size_t capacity = (size_t)source->joint_count + 8;
+    struct bone_ends ends = {malloc(3 * capacity * sizeof(float)), malloc(3 * capacity * sizeof(float)), malloc(capacity * sizeof(double)),
                              0};
     const double ratio = skeleton_ratio(source, target, map);
     for (int i = 0; i < source->joint_count; ++i) {

@@ -42,12 +42,12 @@ int skeleton_bones(const struct character *c, struct bone *bones, int *joints)
             }
         }
         if (last) {
-            float before[3], way[3] = {0.0f, 0.0f, 0.0f};
+            float before[3], extension[3] = {0.0f, 0.0f, 0.0f};
             if (c->joints[j].parent >= 0) {
                 joint_place(&c->joints[c->joints[j].parent], before);
-                vec3_sub(bone.from, before, way);
+                vec3_sub(bone.from, before, extension);
             }
-            vec3_add_scaled(bone.from, 0.5f, way, bone.to);
+            vec3_add_scaled(bone.from, 0.5f, extension, bone.to);
             joints[count] = j;
             bones[count++] = bone;
         }
@@ -80,12 +80,12 @@ static void fit_free(struct fit *f)
 
 static bool choose_points(const struct character *donor, struct fit *f)
 {
-    const size_t most = 3 * CENTERS * sizeof(float);
+    const size_t capacity = 3 * CENTERS * sizeof(float);
     f->normals = malloc(3 * (size_t)donor->vertex_count * sizeof *f->normals);
-    f->points = malloc(most);
-    f->point_normals = malloc(most);
-    f->moved = malloc(most);
-    f->moved_normals = malloc(most);
+    f->points = malloc(capacity);
+    f->point_normals = malloc(capacity);
+    f->moved = malloc(capacity);
+    f->moved_normals = malloc(capacity);
     f->chosen = malloc(CENTERS * sizeof *f->chosen);
     if (!f->normals || !f->points || !f->point_normals || !f->moved || !f->moved_normals || !f->chosen) {
         return false;
@@ -119,8 +119,8 @@ static bool lay_on(const struct character *donor, const float *positions, int ve
         return false;
     }
     shape_size(f->points, (size_t)f->count, center, &size);
-    const struct cast cast = {f->points, f->point_normals, NULL, f->count, 0, size};
-    bool good = surface_register(&f->target, &cast, ORIENTATION_KNOWN, NULL, &f->pose, &cost)
+    const struct fit_source source = {f->points, f->point_normals, NULL, f->count, 0, size};
+    bool good = surface_register(&f->target, &source, ORIENTATION_KNOWN, NULL, &f->pose, &cost)
         && warp_create(f->points, f->count, NULL, 0, size, &f->now) && warp_create(f->points, f->count, NULL, 0, size, &f->next);
     for (int s = 0; good && s < WARP_STEPS; ++s) {
         for (int i = 0; i < f->count; ++i) {

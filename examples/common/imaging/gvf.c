@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SWEEPS = 12, COARSE_SWEEPS = 60, LEAST_SIDE = 8 };
+enum { SWEEPS = 12, COARSE_SWEEPS = 60, MIN_SIDE = 8 };
 
 /* Where |v| is this part of its largest, the field given out has half its length: so it falls to 0 at edges. */
 static const float half_length = 0.01f;
@@ -66,12 +66,12 @@ static void gradient(const struct volume *v, const float *values, const int plac
     const struct strides s = strides_of(v->dims);
     for (int a = 0; a < 3; ++a) {
         const bool up = place[a] + 1 < v->dims[a], down = place[a] > 0;
-        const float way = (float)(up + down) * v->spacing[a] / unit;
-        out[a] = way > 0.0f ? (values[up ? at + s.step[a] : at] - values[down ? at - s.step[a] : at]) / way : 0.0f;
+        const float span = (float)(up + down) * v->spacing[a] / unit;
+        out[a] = span > 0.0f ? (values[up ? at + s.step[a] : at] - values[down ? at - s.step[a] : at]) / span : 0.0f;
     }
 }
 
-/* f = |grad seen|, scaled to a maximum of 1, into grid.data, which holds `seen`. */
+/* f = |grad seen|, scaled to a maximum of 1, into grid.data, which holds `image`. */
 static bool make_edge_map(struct volume *grid, float unit)
 {
     const size_t total = volume_voxels(grid);
@@ -143,7 +143,7 @@ static void relax(const struct gvf *gvf, int sweeps, float mu, float unit)
     }
 }
 
-/* The field on gvf->grid, whose data are `seen`: the coarser grid's first, then sweeps. */
+/* The field on gvf->grid, whose data are `image`: the coarser grid's first, then sweeps. */
 static bool solve(struct gvf *gvf, float mu, float unit)
 {
     const int *dims = gvf->grid.dims;
@@ -151,7 +151,7 @@ static bool solve(struct gvf *gvf, float mu, float unit)
     memset(&half, 0, sizeof half);
     gvf->field = calloc(3 * volume_voxels(&gvf->grid), sizeof *gvf->field);
     bool good = gvf->field != NULL;
-    const bool coarsest = dims[0] < 2 * LEAST_SIDE || dims[1] < 2 * LEAST_SIDE || dims[2] < 2 * LEAST_SIDE;
+    const bool coarsest = dims[0] < 2 * MIN_SIDE || dims[1] < 2 * MIN_SIDE || dims[2] < 2 * MIN_SIDE;
     if (good && !coarsest) {
         good = halve(&gvf->grid, &half.grid) && solve(&half, mu, unit);
         size_t n = 0;
@@ -189,12 +189,12 @@ static void normalize(struct gvf *gvf)
     }
 }
 
-bool gvf_compute(const struct volume *seen, int halvings, float mu, float unit, struct gvf *gvf)
+bool gvf_compute(const struct volume *image, int halvings, float mu, float unit, struct gvf *gvf)
 {
     memset(gvf, 0, sizeof *gvf);
-    bool good = volume_create_padded(seen, 0, &gvf->grid);
+    bool good = volume_create_padded(image, 0, &gvf->grid);
     if (good) {
-        memcpy(gvf->grid.data, seen->data, volume_voxels(seen) * sizeof *seen->data);
+        memcpy(gvf->grid.data, image->data, volume_voxels(image) * sizeof *image->data);
     }
     for (int h = 0; good && h < halvings; ++h) {
         struct volume half;

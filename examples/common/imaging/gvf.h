@@ -18,9 +18,9 @@ struct gvf {
     float *field;       /* 3 a voxel, along the grid's axes; of length 1 but within about a voxel of edges */
 };
 
-/* Of the edges of `seen` (f = |grad seen|), on its grid (halvings = 0), or on one with voxels twice as large along each axis
+/* Of the edges of `image` (f = |grad seen|), on its grid (halvings = 0), or on one with voxels twice as large along each axis
  * (1), or four times (2). False: memory is short. */
-bool gvf_compute(const struct volume *seen, int halvings, float mu, float unit, struct gvf *gvf);
+bool gvf_compute(const struct volume *image, int halvings, float mu, float unit, struct gvf *gvf);
 void gvf_sample(const struct gvf *gvf, const float index[3], float v[3]); /* trilinear, constant beyond the grid */
 void gvf_free(struct gvf *gvf);
 

@@ -6,8 +6,8 @@
 
 enum { REDISTANCE = 4 }; /* iterations after a step */
 
-static const float band_width = 3.0f, courant = 0.5f, most_curvature = 2.0f;
-static const float least_slope = 0.8f, most_slope = 1.25f; /* of phi beside its zero, between which it counts as a distance */
+static const float band_width = 3.0f, courant = 0.5f, max_curvature = 2.0f;
+static const float min_slope = 0.8f, max_slope = 1.25f; /* of phi beside its zero, between which it counts as a distance */
 
 static size_t total_of(const struct level_set *set)
 {
@@ -69,7 +69,7 @@ static float curvature_motion(const struct level_set *set, size_t at, float *slo
         sum += g[a] * g[a] * (second[b] + second[c]) - 2.0f * g[b] * g[c] * mixed[a];
     }
     const float kappa = sum / (square * *slope);
-    return fmaxf(-most_curvature, fminf(most_curvature, kappa)) * *slope;
+    return fmaxf(-max_curvature, fminf(max_curvature, kappa)) * *slope;
 }
 
 /* The voxels whose |phi| is within the band, and their neighbours. */
@@ -151,7 +151,7 @@ static void redistance(struct level_set *set)
                 crossed = crossed || s * (old[at] - before[a]) < 0.0f || s * (old[at] + after[a]) < 0.0f;
                 slope += middle * middle;
             }
-            if (crossed && slope > least_slope * least_slope && slope < most_slope * most_slope) {
+            if (crossed && slope > min_slope * min_slope && slope < max_slope * max_slope) {
                 set->next[at] = set->phi[at]; /* good enough, and what is not touched does not creep */
             } else if (crossed) { /* central differences say nothing in the middle of a sheet: there the steepest one counts */
                 slope = slope > 0.25f ? slope : fmaxf(steepest * steepest, 1e-6f);

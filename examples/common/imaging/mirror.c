@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GRIDS = 3, ITERATIONS = 30, MOST_POINTS = 60000, UNKNOWNS = 6 };
+enum { GRIDS = 3, ITERATIONS = 30, MAX_POINTS = 60000, UNKNOWNS = 6 };
 
 struct task {
     const struct volume *image;
-    const float *seen;
+    const float *values;
     float (*points)[3]; /* world */
     size_t count;
     double inverse[3][4]; /* world -> index of the image */
@@ -43,7 +43,7 @@ static void reflect(const struct mirror *mirror, const float x[3], double y[3])
     }
 }
 
-/* Value and gradient (world) of `seen` at a world point; false outside. */
+/* Value and gradient (world) of `counted` at a world point; false outside. */
 static bool look(const struct task *task, const double y[3], double *value, double slope[3])
 {
     const int *dims = task->image->dims;
@@ -67,7 +67,7 @@ static bool look(const struct task *task, const double y[3], double *value, doub
             n += high ? steps[a] : 0;
             w[a] = high ? f[a] : 1.0 - f[a];
         }
-        const double v = (double)task->seen[n];
+        const double v = (double)task->values[n];
         *value += w[0] * w[1] * w[2] * v;
         along[0] += (corner & 1 ? 1.0 : -1.0) * w[1] * w[2] * v;
         along[1] += (corner & 2 ? 1.0 : -1.0) * w[0] * w[2] * v;
@@ -198,12 +198,12 @@ static void gauss_newton(const struct task *task, struct mirror *mirror)
     mirror->misfit = best < DBL_MAX ? sqrt(best) : HUGE_VAL;
 }
 
-/* World places of the voxels near the mask, not more than MOST_POINTS. */
+/* World places of the voxels near the mask, not more than MAX_POINTS. */
 static bool take_points(const struct volume *image, const uint8_t *mask, float around, struct task *task)
 {
     const size_t total = volume_voxels(image);
     float *distance = malloc(total * sizeof *distance);
-    size_t near = 0, seen = 0;
+    size_t near = 0, counted = 0;
     if (!distance) {
         return false;
     }
@@ -214,11 +214,11 @@ static bool take_points(const struct volume *image, const uint8_t *mask, float a
     for (size_t n = 0; n < total; ++n) {
         near += distance[n] <= around;
     }
-    const size_t every = near / MOST_POINTS + 1;
+    const size_t every = near / MAX_POINTS + 1;
     task->count = 0;
     task->points = malloc((near / every + 1) * sizeof *task->points);
     for (size_t n = 0; task->points && n < total; ++n) {
-        if (distance[n] <= around && seen++ % every == 0) {
+        if (distance[n] <= around && counted++ % every == 0) {
             const size_t nx = (size_t)image->dims[0], ny = (size_t)image->dims[1];
             const float index[3] = {(float)(n % nx), (float)(n / nx % ny), (float)(n / (nx * ny))};
             volume_index_to_world(image, index, task->points[task->count++]);
@@ -253,7 +253,7 @@ static bool find_plane(const struct task *task, float step, struct mirror *mirro
     return best < DBL_MAX;
 }
 
-bool mirror_find(const struct volume *image, const float *seen, const uint8_t *mask, float around, struct mirror *mirror)
+bool mirror_find(const struct volume *image, const float *values, const uint8_t *mask, float around, struct mirror *mirror)
 {
     const size_t total = volume_voxels(image);
     const float voxel = fmaxf(image->spacing[0], fmaxf(image->spacing[1], image->spacing[2]));
@@ -261,10 +261,10 @@ bool mirror_find(const struct volume *image, const float *seen, const uint8_t *m
     float *blurred = malloc(total * sizeof *blurred);
     bool good = blurred && take_points(image, mask, around, &task);
     invert(image, task.inverse);
-    task.seen = blurred;
+    task.values = blurred;
     for (int grid = GRIDS - 1; good && grid >= 0; --grid) {
         const float size = ldexpf(voxel, grid + 1);
-        memcpy(blurred, seen, total * sizeof *blurred);
+        memcpy(blurred, values, total * sizeof *blurred);
         good = segment_blur(image, size, blurred) && (grid < GRIDS - 1 || find_plane(&task, size, mirror));
         if (good) {
             gauss_newton(&task, mirror);

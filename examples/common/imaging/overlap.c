@@ -35,7 +35,7 @@ struct overlap overlap_masks(const uint8_t *a, const uint8_t *b, size_t count)
     return finish_overlap(in_a, in_b, both);
 }
 
-double overlap_millilitres(size_t voxels, const float spacing[3])
+double overlap_milliliters(size_t voxels, const float spacing[3])
 {
     return (double)voxels * (double)spacing[0] * (double)spacing[1] * (double)spacing[2] / 1000.0;
 }

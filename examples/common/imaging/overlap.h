@@ -19,6 +19,6 @@ struct overlap overlap_labels(const float *a, const float *b, size_t count, floa
 struct overlap overlap_masks(const uint8_t *a, const uint8_t *b, size_t count); /* not 0 = inside */
 
 /* Returns the volume of `voxels` voxels in millilitres, for grids without shear. */
-double overlap_millilitres(size_t voxels, const float spacing[3]);
+double overlap_milliliters(size_t voxels, const float spacing[3]);
 
 #endif

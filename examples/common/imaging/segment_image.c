@@ -66,14 +66,14 @@ void segment_resample(const struct volume *from, const float *values, const stru
 /* ---- intensities ---- */
 
 /* Along the line of `count` values that lie `stride` apart; beyond its ends it goes on with its last values. */
-static void blur_line(float *line, int count, size_t stride, const float *kernel, int reach, float *copy)
+static void blur_line(float *line, int count, size_t stride, const float *kernel, int half_width, float *copy)
 {
     for (int i = 0; i < count; ++i) {
         copy[i] = line[(size_t)i * stride];
     }
     for (int i = 0; i < count; ++i) {
         float sum = kernel[0] * copy[i];
-        for (int d = 1; d <= reach; ++d) {
+        for (int d = 1; d <= half_width; ++d) {
             sum += kernel[d] * (copy[i - d > 0 ? i - d : 0] + copy[i + d < count ? i + d : count - 1]);
         }
         line[(size_t)i * stride] = sum;
@@ -81,14 +81,14 @@ static void blur_line(float *line, int count, size_t stride, const float *kernel
 }
 
 /* Half a Gaussian kernel of 3 standard deviations (in voxels); kernel has reach + 1 weights. */
-static void gaussian(float deviation, int reach, float *kernel)
+static void gaussian(float deviation, int half_width, float *kernel)
 {
     float sum = 0.0f;
-    for (int d = 0; d <= reach; ++d) {
+    for (int d = 0; d <= half_width; ++d) {
         kernel[d] = expf(-0.5f * (float)(d * d) / (deviation * deviation));
         sum += d > 0 ? 2.0f * kernel[d] : kernel[d];
     }
-    for (int d = 0; d <= reach; ++d) {
+    for (int d = 0; d <= half_width; ++d) {
         kernel[d] /= sum;
     }
 }
@@ -103,12 +103,12 @@ bool segment_blur(const struct volume *image, float size, float *values)
         if (!(variance > 0.01f)) {
             continue;
         }
-        const int reach = (int)ceilf(3.0f * sqrtf(variance));
-        float *kernel = malloc((size_t)(reach + 1) * sizeof *kernel);
+        const int half_width = (int)ceilf(3.0f * sqrtf(variance));
+        float *kernel = malloc((size_t)(half_width + 1) * sizeof *kernel);
         bool *done = calloc((size_t)image->dims[c], sizeof *done);
         good = kernel && done;
         if (good) {
-            gaussian(sqrtf(variance), reach, kernel);
+            gaussian(sqrtf(variance), half_width, kernel);
         }
 #if defined(_OPENMP)
     #pragma omp parallel for
@@ -117,7 +117,7 @@ bool segment_blur(const struct volume *image, float size, float *values)
             float *copy = malloc((size_t)image->dims[a] * sizeof *copy);
             for (int q = 0; copy && q < image->dims[b]; ++q) {
                 float *line = values + (size_t)p * strides[c] + (size_t)q * strides[b];
-                blur_line(line, image->dims[a], strides[a], kernel, reach, copy);
+                blur_line(line, image->dims[a], strides[a], kernel, half_width, copy);
             }
             done[p] = copy != NULL;
             free(copy);
@@ -143,12 +143,12 @@ float segment_percentile(const struct volume *image, double share)
     const double low = (double)image->minimum, high = (double)image->maximum;
     const size_t total = volume_voxels(image);
     size_t counts[PERCENTILE_CLASSES] = {0};
-    double seen = 0;
+    double below = 0;
     if (!(high > low)) return image->minimum;
     for (size_t n = 0; n < total; n++) counts[class_of(image->data[n], low, high, PERCENTILE_CLASSES)]++;
     for (int c = 0; c < PERCENTILE_CLASSES; c++) {
-        seen += (double)counts[c];
-        if (seen >= share * (double)total) return (float)(low + (high - low) * (c + 1) / PERCENTILE_CLASSES);
+        below += (double)counts[c];
+        if (below >= share * (double)total) return (float)(low + (high - low) * (c + 1) / PERCENTILE_CLASSES);
     }
     return image->maximum;
 }
@@ -253,11 +253,11 @@ void segment_combine(const struct volume *image, const struct segment_push *push
                     const size_t at = voxel_index(image->dims, place);
                     if (push->region_weight > 0.0f && contrast != 0.0f) {
                         /* Chan and Vese: ((u - c2)^2 - (u - c1)^2) / (c1 - c2)^2, which is linear in u */
-                        const float region = (2.0f * push->seen[at] - push->inside - push->outside) / contrast;
+                        const float region = (2.0f * push->image[at] - push->inside - push->outside) / contrast;
                         sum += push->region_weight * fmaxf(-1.0f, fminf(1.0f, region));
                     }
                     if (push->edge_weight > 0.0f) { /* Caselles: 1 / (1 + (|grad u| / K)^2) */
-                        const float steep = change(image, push->seen, place, push->size) / push->ramp;
+                        const float steep = change(image, push->image, place, push->size) / push->ramp;
                         sum *= 1.0f - push->edge_weight + push->edge_weight / (1.0f + steep * steep);
                     }
                 }
@@ -287,21 +287,21 @@ size_t segment_mask(const struct volume *labels, const int *wanted, int count, u
 
 /* ---- parts ---- */
 
-/* Gives the number `part` to everything that hangs together with `first` on its side of zero; returns how much that is. */
-static int flood(const int dims[3], const float *phi, int first, int part, int *parts, int *queue)
+/* Gives the number `component` to everything that hangs together with `first` on its side of zero; returns how much that is. */
+static int flood(const int dims[3], const float *phi, int first, int component, int *components, int *queue)
 {
     const int strides[3] = {1, dims[0], dims[0] * dims[1]};
     int count = 1;
     queue[0] = first;
-    parts[first] = part;
+    components[first] = component;
     for (int done = 0; done < count; ++done) {
         const int at = queue[done];
         for (int a = 0; a < 3; ++a) {
             const int place = at / strides[a] % dims[a];
             for (int d = -1; d <= 1; d += 2) {
                 const int next = at + d * strides[a];
-                if (place + d >= 0 && place + d < dims[a] && parts[next] == 0 && (phi[next] < 0.0f) == (phi[first] < 0.0f)) {
-                    parts[next] = part;
+                if (place + d >= 0 && place + d < dims[a] && components[next] == 0 && (phi[next] < 0.0f) == (phi[first] < 0.0f)) {
+                    components[next] = component;
                     queue[count++] = next;
                 }
             }
@@ -313,20 +313,20 @@ static int flood(const int dims[3], const float *phi, int first, int part, int *
 bool segment_keep_largest(const int dims[3], float *phi)
 {
     const int total = dims[0] * dims[1] * dims[2];
-    int *parts = calloc((size_t)total, sizeof *parts), *queue = malloc((size_t)total * sizeof *queue);
-    int part = 0, largest[2] = {0, 0}, size[2] = {0, 0}; /* of what is above zero, of what is below */
-    for (int n = 0; parts && queue && n < total; ++n) {
-        if (parts[n] == 0) {
-            const int below = phi[n] < 0.0f, count = flood(dims, phi, n, ++part, parts, queue);
-            largest[below] = count > size[below] ? part : largest[below];
+    int *components = calloc((size_t)total, sizeof *components), *queue = malloc((size_t)total * sizeof *queue);
+    int component = 0, largest[2] = {0, 0}, size[2] = {0, 0}; /* of what is above zero, of what is below */
+    for (int n = 0; components && queue && n < total; ++n) {
+        if (components[n] == 0) {
+            const int below = phi[n] < 0.0f, count = flood(dims, phi, n, ++component, components, queue);
+            largest[below] = count > size[below] ? component : largest[below];
             size[below] = count > size[below] ? count : size[below];
         }
     }
-    for (int n = 0; parts && queue && n < total; ++n) {
-        phi[n] = parts[n] == largest[0] || parts[n] == largest[1] ? phi[n] : -phi[n];
+    for (int n = 0; components && queue && n < total; ++n) {
+        phi[n] = components[n] == largest[0] || components[n] == largest[1] ? phi[n] : -phi[n];
     }
-    const bool good = parts && queue;
-    free(parts);
+    const bool good = components && queue;
+    free(components);
     free(queue);
     return good;
 }
@@ -353,19 +353,19 @@ static bool is_on_edge(const int dims[3], const int place[3])
 }
 
 /* Sets `reached` where the ball's middle comes, given where it may not be: `shut` below zero. */
-static size_t let_ball_in(const int dims[3], const float *shut, int *parts, int *queue, uint8_t *reached)
+static size_t flood_ball_centers(const int dims[3], const float *shut, int *components, int *queue, uint8_t *reached)
 {
     const size_t total = (size_t)dims[0] * (size_t)dims[1] * (size_t)dims[2];
     size_t count = 0;
     int place[3];
     for (size_t n = 0; n < total; ++n) {
         volume_place(dims, n, place);
-        if (parts[n] == 0 && shut[n] > 0.0f && is_on_edge(dims, place)) {
-            count += (size_t)flood(dims, shut, (int)n, 1, parts, queue);
+        if (components[n] == 0 && shut[n] > 0.0f && is_on_edge(dims, place)) {
+            count += (size_t)flood(dims, shut, (int)n, 1, components, queue);
         }
     }
     for (size_t n = 0; n < total; ++n) {
-        reached[n] = parts[n] != 0;
+        reached[n] = components[n] != 0;
     }
     return count;
 }
@@ -376,8 +376,8 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
     const size_t total = volume_voxels(image);
     uint8_t *object = malloc(total), *reached = malloc(total);
     float *shut = malloc(total * sizeof *shut);
-    int *parts = calloc(total, sizeof *parts), *queue = malloc(total * sizeof *queue), place[3];
-    const bool good = object && reached && shut && parts && queue;
+    int *components = calloc(total, sizeof *components), *queue = malloc(total * sizeof *queue), place[3];
+    const bool good = object && reached && shut && components && queue;
     for (size_t n = 0; good && n < total; ++n) {
         volume_place(dims, n, place);
         const int there[3] = {place[0] + margin, place[1] + margin, place[2] + margin};
@@ -387,7 +387,7 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
         volume_place(dims, n, place);
         shut[n] = is_set_around(dims, object, place) ? -1.0f : 1.0f;
     }
-    if (good && let_ball_in(dims, shut, parts, queue, reached) > 0) { /* else the image has no outside */
+    if (good && flood_ball_centers(dims, shut, components, queue, reached) > 0) { /* else the image has no outside */
         for (size_t n = 0; n < total; ++n) {
             volume_place(dims, n, place);
             if (!object[n] && !is_set_around(dims, reached, place)) {
@@ -399,7 +399,7 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
     free(object);
     free(reached);
     free(shut);
-    free(parts);
+    free(components);
     free(queue);
     return good;
 }

@@ -41,7 +41,7 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
  * too far away of the start. Lengths in mm. */
 struct segment_push {
     const float *pressure;          /* on the padded grid */
-    const float *seen;              /* the image, as blurred as the pressure was made from */
+    const float *image;              /* the image, as blurred as the pressure was made from */
     const float *away;              /* distance from the start, on the padded grid; NULL: none */
     float pressure_weight, region_weight;
     float inside, outside;          /* mean intensities of the two phases */

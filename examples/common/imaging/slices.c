@@ -146,7 +146,7 @@ static float voxel_v(const struct plane *p, int size, float y)
     return p->flip_v ? (float)(size - 1) - b : b;
 }
 
-static void draw_grey(const struct volume *volume, const struct plane *p, float lo, float hi, struct image *image)
+static void draw_gray(const struct volume *volume, const struct plane *p, float lo, float hi, struct image *image)
 {
     const int nu = volume->dims[p->u], nv = volume->dims[p->v];
     for (int y = 0; y < p->height; ++y) {
@@ -159,8 +159,8 @@ static void draw_grey(const struct volume *volume, const struct plane *p, float 
                               + s * grid_value(volume, volume->data, p, a1, b0);
             const float bottom = (1.0f - s) * grid_value(volume, volume->data, p, a0, b1)
                                  + s * grid_value(volume, volume->data, p, a1, b1);
-            const float grey = fmaxf(0.0f, fminf(1.0f, ((1.0f - t) * top + t * bottom - lo) / (hi - lo)));
-            image_blend(image, x, y, color_rgb(grey, grey, grey), 1.0f);
+            const float gray = fmaxf(0.0f, fminf(1.0f, ((1.0f - t) * top + t * bottom - lo) / (hi - lo)));
+            image_blend(image, x, y, color_rgb(gray, gray, gray), 1.0f);
         }
     }
 }
@@ -303,7 +303,7 @@ bool slices_render(const struct slices_view *view, struct image *result)
     for (int p = 0; p < 3 && good; ++p) {
         good = image_create(&pictures[p], planes[p].width, planes[p].height, background);
         if (good) {
-            draw_grey(view->volume, &planes[p], lo, hi, &pictures[p]);
+            draw_gray(view->volume, &planes[p], lo, hi, &pictures[p]);
             for (int c = 0; c < view->contour_count; ++c) {
                 draw_contour(view->volume, &planes[p], &view->contours[c], &pictures[p]);
             }

@@ -9,12 +9,12 @@
 #include <string.h>
 #include <zlib.h>
 
-enum { MOST_DIMENSIONS = 7, LINE_SIZE = 4096, MOST_LINES = 1000 };
+enum { MAX_DIMENSIONS = 7, LINE_SIZE = 4096, MAX_LINES = 1000 };
 
 struct meta {
     int dimensions, channels;
-    int64_t sizes[MOST_DIMENSIONS], header_size;
-    double spacing[MOST_DIMENSIONS], origin[MOST_DIMENSIONS], matrix[MOST_DIMENSIONS * MOST_DIMENSIONS];
+    int64_t sizes[MAX_DIMENSIONS], header_size;
+    double spacing[MAX_DIMENSIONS], origin[MAX_DIMENSIONS], matrix[MAX_DIMENSIONS * MAX_DIMENSIONS];
     enum volume_sample type;
     bool big_endian, compressed, text, has_sizes, has_spacing, has_matrix;
     char data_name[LINE_SIZE];
@@ -69,11 +69,11 @@ static enum volume_sample type_of(const char *name)
 /* One "Key = value". Keys that say nothing about voxels or their places are passed over. */
 static bool read_key(struct meta *meta, const char *key, const char *value, char error[VOLUME_TEXT])
 {
-    double numbers[MOST_DIMENSIONS * MOST_DIMENSIONS];
+    double numbers[MAX_DIMENSIONS * MAX_DIMENSIONS];
     const int n = meta->dimensions;
     bool good = true;
     if (is_key(key, "NDims")) {
-        good = read_numbers(value, 1, numbers) && numbers[0] >= 2.0 && numbers[0] <= MOST_DIMENSIONS;
+        good = read_numbers(value, 1, numbers) && numbers[0] >= 2.0 && numbers[0] <= MAX_DIMENSIONS;
         meta->dimensions = good ? (int)numbers[0] : 0;
     } else if (is_key(key, "DimSize")) {
         good = n > 0 && read_numbers(value, n, numbers);
@@ -120,7 +120,7 @@ static bool read_header(FILE *file, struct meta *meta, char error[VOLUME_TEXT])
     memset(meta, 0, sizeof *meta);
     meta->channels = 1;
     meta->type = SAMPLE_NONE;
-    for (int l = 0; l < MOST_LINES && !meta->data_name[0] && fgets(line, sizeof line, file); ++l) {
+    for (int l = 0; l < MAX_LINES && !meta->data_name[0] && fgets(line, sizeof line, file); ++l) {
         char *value = strchr(line, '='), *end = line + strlen(line);
         if (end > line && end[-1] != '\n' && end == line + sizeof line - 1) {
             break;
@@ -232,7 +232,7 @@ static bool read_data(FILE *file, const struct meta *meta, int64_t on_disk, stru
 bool volume_read_meta(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
     struct meta meta;
-    int64_t sizes[MOST_DIMENSIONS + 1];
+    int64_t sizes[MAX_DIMENSIONS + 1];
     char data_path[LINE_SIZE];
     FILE *file = fopen(path, "rb");
     if (!file) {

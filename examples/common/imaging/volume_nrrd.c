@@ -90,17 +90,17 @@ static bool whole_gzip(FILE *file, int64_t bytes, char error[VOLUME_TEXT])
 {
     struct volume_stream stream;
     unsigned char block[16384];
-    int64_t seen = 0;
+    int64_t unpacked = 0;
     size_t got = 1;
     if (!file || !volume_stream_open(&stream, file, true)) {
         return volume_error(error, "cannot be read");
     }
-    while (got > 0 && seen <= bytes) {
+    while (got > 0 && unpacked <= bytes) {
         got = volume_stream_read(&stream, block, sizeof block);
-        seen += (int64_t)got;
+        unpacked += (int64_t)got;
     }
     volume_stream_close(&stream);
-    return (stream.ended && seen == bytes) || volume_error(error, "cut off or damaged: the compressed data are broken");
+    return (stream.ended && unpacked == bytes) || volume_error(error, "cut off or damaged: the compressed data are broken");
 }
 
 /* Is there as much as the header promises? Numbers as text take two bytes, bzip2 does not shrink by more than 50000. */
@@ -120,11 +120,11 @@ static bool enough_there(const char *path, const Nrrd *nrrd, const NrrdIoState *
     if (io->encoding == nrrdEncodingGzip) {
         return whole_gzip(io->dataFile, bytes + (io->byteSkip > 0 ? io->byteSkip : 0), error);
     }
-    const int64_t least = io->encoding == nrrdEncodingBzip2   ? bytes / 50000
+    const int64_t minimum = io->encoding == nrrdEncodingBzip2   ? bytes / 50000
                           : io->encoding == nrrdEncodingAscii ? 2 * samples - 1
                           : io->encoding == nrrdEncodingHex   ? 2 * bytes
                                                               : bytes;
-    return least <= on_disk
+    return minimum <= on_disk
         || volume_error(error, "cut off: the header promises %lld bytes of voxels, the file has %lld", (long long)bytes,
                         (long long)on_disk);
 }

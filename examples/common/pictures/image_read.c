@@ -25,14 +25,14 @@
     #pragma GCC diagnostic pop
 #endif
 
-enum { MOST_PIXELS = 1 << 26 };
+enum { MAX_PIXELS = 1 << 26 };
 
 bool image_read(const unsigned char *bytes, size_t length, struct image *image)
 {
     int width = 0, height = 0, channels = 0;
     memset(image, 0, sizeof *image);
     if (length > INT32_MAX || !stbi_info_from_memory(bytes, (int)length, &width, &height, &channels)
-        || (int64_t)width * height > MOST_PIXELS) {
+        || (int64_t)width * height > MAX_PIXELS) {
         return false;
     }
     unsigned char *pixels = stbi_load_from_memory(bytes, (int)length, &width, &height, &channels, 3);

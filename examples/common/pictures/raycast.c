@@ -109,9 +109,9 @@ static void make_ray(const struct renderer *r, float x, float y, float origin[3]
 
 /* Share of the sky seen from a point. The directions are the same everywhere (weighted by the cosine), so that
  * neighbouring points differ smoothly: no noise, and no random numbers. */
-static float sky_share(const struct renderer *r, const float point[3], const float normal[3], float reach)
+static float sky_share(const struct renderer *r, const float point[3], const float normal[3], float max_distance)
 {
-    float origin[3], seen = 0.0f, sum = 0.0f;
+    float origin[3], open = 0.0f, sum = 0.0f;
     vec3_add_scaled(point, 0.4f * r->mean_edge, normal, origin);
     for (int i = 0; i < OCCLUSION_DIRECTIONS; ++i) {
         const float z = 1.0f - (2.0f * (float)i + 1.0f) / OCCLUSION_DIRECTIONS, turn = 2.3999632f * (float)i;
@@ -120,28 +120,28 @@ static float sky_share(const struct renderer *r, const float point[3], const flo
         const float cosine = vec3_dot(d, normal);
         if (cosine > 0.05f) {
             sum += cosine;
-            if (!bvh_any_hit(&r->bvh, origin, d, 0.0f, reach)) {
-                seen += cosine;
+            if (!bvh_any_hit(&r->bvh, origin, d, 0.0f, max_distance)) {
+                open += cosine;
             }
         }
     }
-    return sum > 0.0f ? seen / sum : 1.0f;
+    return sum > 0.0f ? open / sum : 1.0f;
 }
 
 /* Of a vertex (smooth style) or a triangle. */
 static float occlusion(const struct renderer *r, size_t i)
 {
     const float size[3] = {r->hi[0] - r->lo[0], r->hi[1] - r->lo[1], r->hi[2] - r->lo[2]};
-    const float reach = 0.35f * vec3_length(size), *c = r->corners + 9 * i;
+    const float max_distance = 0.35f * vec3_length(size), *c = r->corners + 9 * i;
     if (r->smooth) {
-        return sky_share(r, r->scene->positions + 3 * i, r->normals + 3 * i, reach);
+        return sky_share(r, r->scene->positions + 3 * i, r->normals + 3 * i, max_distance);
     }
     float normal[3], center[3];
     vec3_triangle_normal(c, normal);
     for (int k = 0; k < 3; ++k) {
         center[k] = (c[k] + c[3 + k] + c[6 + k]) / 3.0f;
     }
-    return sky_share(r, center, normal, reach);
+    return sky_share(r, center, normal, max_distance);
 }
 
 /* Most of a scene is not seen: only what the rays through the pixels' middles meet gets its value beforehand. */

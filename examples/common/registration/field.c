@@ -204,7 +204,7 @@ float field_jacobian(const struct field *field, float *determinants)
     const struct volume *grid = &field->grid;
     const size_t total = volume_voxels(grid);
     const float zero[3] = {0.0f, 0.0f, 0.0f};
-    float *u = malloc(3 * total * sizeof *u), least = INFINITY, origin[3];
+    float *u = malloc(3 * total * sizeof *u), minimum = INFINITY, origin[3];
     if (!u) {
         return NAN;
     }
@@ -215,8 +215,8 @@ float field_jacobian(const struct field *field, float *determinants)
     }
     vgrid_jacobian(grid->dims, u, determinants);
     for (size_t n = 0; n < total; ++n) {
-        least = fminf(least, determinants[n]);
+        minimum = fminf(minimum, determinants[n]);
     }
     free(u);
-    return least;
+    return minimum;
 }

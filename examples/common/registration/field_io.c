@@ -12,7 +12,7 @@
 
 static const float lps[3] = {-1.0f, -1.0f, 1.0f}; /* and back */
 
-static bool say(char error[VOLUME_TEXT], const char *path, const char *text)
+static bool write_error(char error[VOLUME_TEXT], const char *path, const char *text)
 {
     const size_t length = strlen(path); /* of a long path the end tells more */
     snprintf(error, VOLUME_TEXT, "%s%s: %s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path, text);
@@ -46,7 +46,7 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
             if (c == 0) {
                 return false;
             }
-            return strstr(error, "there is no frame") ? say(error, path, "no displacement field: it has no three frames") : false;
+            return strstr(error, "there is no frame") ? write_error(error, path, "no displacement field: it has no three frames") : false;
         }
         wrong = fault(&component);
         if (!wrong && c == 0 && !field_create(&component, field)) {
@@ -58,7 +58,7 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
         volume_free(&component);
         if (wrong) {
             field_free(field);
-            return say(error, path, wrong);
+            return write_error(error, path, wrong);
         }
     }
     return true;
@@ -67,16 +67,16 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
 /* Can a rotation and the voxel sizes alone place the voxels? */
 static bool perpendicular(const struct volume *grid)
 {
-    float most = 0.0f;
+    float maximum = 0.0f;
     for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3;
         float dot = 0.0f;
         for (int r = 0; r < 3; ++r) {
             dot += grid->direction[r][a] * grid->direction[r][b];
         }
-        most = fmaxf(most, fabsf(dot));
+        maximum = fmaxf(maximum, fabsf(dot));
     }
-    return most < 1e-4f;
+    return maximum < 1e-4f;
 }
 
 static nifti_1_header make_header(const struct volume *grid)
@@ -144,12 +144,12 @@ bool field_write(const char *path, const struct field *field, char error[VOLUME_
     const char no_extensions[4] = {0, 0, 0, 0};
     for (int a = 0; a < 3; ++a) {
         if (field->grid.dims[a] > 32767) {
-            return say(error, path, "too large: more than 32767 voxels along a side");
+            return write_error(error, path, "too large: more than 32767 voxels along a side");
         }
     }
     gzFile file = gzopen(path, compressed ? "wb6" : "wbT"); /* T: plain bytes */
     if (!file) {
-        return say(error, path, "cannot write there");
+        return write_error(error, path, "cannot write there");
     }
     bool good = gzwrite(file, &header, sizeof header) == (int)sizeof header && gzwrite(file, no_extensions, 4) == 4;
     for (size_t c = 0; c < 3; ++c) {
@@ -158,7 +158,7 @@ bool field_write(const char *path, const struct field *field, char error[VOLUME_
     good = gzclose(file) == Z_OK && good;
     if (!good) {
         remove(path);
-        return say(error, path, "writing failed (disk full?)");
+        return write_error(error, path, "writing failed (disk full?)");
     }
     return true;
 }

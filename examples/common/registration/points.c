@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_POINTS = 1000000, COLUMNS = 5 };
+enum { MAX_POINTS = 1000000, COLUMNS = 5 };
 
-static bool say(char error[VOLUME_TEXT], const char *path, const char *text)
+static bool write_error(char error[VOLUME_TEXT], const char *path, const char *text)
 {
     const size_t length = strlen(path); /* of a long path the end tells more */
     snprintf(error, VOLUME_TEXT, "%s%s: %s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path, text);
@@ -26,7 +26,7 @@ static const char *read_set(FILE *file, const struct volume *image, float **poin
     if (fscanf(file, "%15s %ld", word, &number) != 2 || (strcmp(word, "index") != 0 && strcmp(word, "point") != 0)) {
         return "no point set: it does not begin with index or point and a number";
     }
-    if (number < 1 || number > MOST_POINTS) {
+    if (number < 1 || number > MAX_POINTS) {
         return "the number of points is not between 1 and a million";
     }
     *points = malloc(3 * (size_t)number * sizeof **points);
@@ -59,14 +59,14 @@ bool points_read(const char *path, const struct volume *image, float **points, s
     *points = NULL;
     *count = 0;
     if (!file) {
-        return say(error, path, "cannot open");
+        return write_error(error, path, "cannot open");
     }
     const char *wrong = read_set(file, image, points, count);
     fclose(file);
     if (wrong) {
         free(*points);
         *points = NULL;
-        return say(error, path, wrong);
+        return write_error(error, path, wrong);
     }
     return true;
 }
@@ -135,8 +135,8 @@ static bool read_row(char *line, const struct table *table, struct row *row)
             found |= 1 << c;
         }
     }
-    return found == (1 << COLUMNS) - 1 && row->landmark >= 0 && row->landmark < MOST_POINTS && row->frame >= 0
-           && row->frame < MOST_POINTS;
+    return found == (1 << COLUMNS) - 1 && row->landmark >= 0 && row->landmark < MAX_POINTS && row->frame >= 0
+           && row->frame < MAX_POINTS;
 }
 
 static const char *read_table(FILE *file, struct table *table)
@@ -151,7 +151,7 @@ static const char *read_table(FILE *file, struct table *table)
         }
         if (table->count == table->room) {
             const size_t room = table->room > 0 ? 2 * table->room : 1024;
-            struct row *rows = room <= MOST_POINTS ? realloc(table->rows, room * sizeof *rows) : NULL;
+            struct row *rows = room <= MAX_POINTS ? realloc(table->rows, room * sizeof *rows) : NULL;
             if (!rows) {
                 return "too many landmarks";
             }
@@ -206,7 +206,7 @@ bool points_read_frames(const char *path, float **points, size_t *landmarks, siz
     *points = NULL;
     *landmarks = *frames = 0;
     if (!file) {
-        return say(error, path, "cannot open");
+        return write_error(error, path, "cannot open");
     }
     const char *wrong = read_table(file, &table);
     fclose(file);
@@ -215,7 +215,7 @@ bool points_read_frames(const char *path, float **points, size_t *landmarks, siz
     if (wrong) {
         free(*points);
         *points = NULL;
-        return say(error, path, wrong);
+        return write_error(error, path, wrong);
     }
     return true;
 }

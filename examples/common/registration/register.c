@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PATIENCE = 10 }; /* iterations over which the difference has to fall by `least_gain` */
-static const float least_gain = 0.01f;
+enum { PATIENCE = 10 }; /* iterations over which the difference has to fall by `min_gain` */
+static const float min_gain = 0.01f;
 static const float iterating_step = 0.5f, final_step = 0.05f; /* first steps of exp, voxels */
 static const float nearly_one = 0.8f; /* windows that share so much of their range are one scale */
 static const float local_sigma = 3.0f, local_floor = 0.05f;   /* of REGISTER_LCC: voxels; of the range 0..1 */
@@ -45,7 +45,7 @@ static bool prepare(const struct volume *image, struct register_window window, f
 }
 
 /* (I - local mean) / local deviation, so that squared differences are those of a local correlation. */
-static bool normalise_locally(const int dims[3], float *image)
+static bool normalize_locally(const int dims[3], float *image)
 {
     const size_t total = vgrid_voxels(dims);
     float *mean = malloc(total * sizeof *mean), *square = malloc(total * sizeof *square);
@@ -347,7 +347,7 @@ static bool run_level(struct demons *d, const struct register_settings *set, str
         }
         level->start = level->iterations == 0 ? difference : level->start;
         level->end = difference;
-        if (level->iterations >= PATIENCE && difference > (1.0 - (double)least_gain) * *slot) {
+        if (level->iterations >= PATIENCE && difference > (1.0 - (double)min_gain) * *slot) {
             break;
         }
         *slot = difference;
@@ -407,7 +407,7 @@ static bool fill_level(struct pair *pair, const struct volume *grid, const struc
     }
     register_resample(pair->fixed, pair->fixed_values, (const double(*)[4])identity, grid, d->fixed, NULL);
     register_resample(pair->moving, pair->moving_values, (const double(*)[4])reg->affine, grid, d->moving, d->valid);
-    return similarity != REGISTER_LCC || (normalise_locally(d->dims, d->fixed) && normalise_locally(d->dims, d->moving));
+    return similarity != REGISTER_LCC || (normalize_locally(d->dims, d->fixed) && normalize_locally(d->dims, d->moving));
 }
 
 /* Cubes over the fixed image, the geometry alone. */
@@ -488,7 +488,7 @@ static int choose_levels(const struct volume *fixed, float side, int wanted)
     for (int a = 0; a < 3; ++a) {
         shortest = fminf(shortest, (float)fixed->dims[a] * fixed->spacing[a] / side);
     }
-    while (levels < REGISTER_MOST_LEVELS && ldexpf(shortest, -levels) >= (float)REGISTER_LEAST_CELLS) {
+    while (levels < REGISTER_MAX_LEVELS && ldexpf(shortest, -levels) >= (float)REGISTER_MIN_CELLS) {
         ++levels;
     }
     return wanted > 0 ? wanted : levels;
@@ -545,20 +545,20 @@ bool register_images(const struct volume *fixed, const struct volume *moving, co
     return good;
 }
 
-bool registration_part(const struct registration *registration, int parts, struct registration *part)
+bool registration_substep(const struct registration *registration, int substeps, struct registration *substep)
 {
     const size_t count = 3 * volume_voxels(&registration->grid);
-    memset(part, 0, sizeof *part);
-    register_identity(part->affine);
-    register_identity(part->affine_inverse);
-    part->velocity = malloc(count * sizeof *part->velocity);
-    bool good = part->velocity && level_grid(&registration->grid, registration->grid.spacing[0], &part->grid);
+    memset(substep, 0, sizeof *substep);
+    register_identity(substep->affine);
+    register_identity(substep->affine_inverse);
+    substep->velocity = malloc(count * sizeof *substep->velocity);
+    bool good = substep->velocity && level_grid(&registration->grid, registration->grid.spacing[0], &substep->grid);
     for (size_t n = 0; good && n < count; ++n) {
-        part->velocity[n] = registration->velocity[n] / (float)parts;
+        substep->velocity[n] = registration->velocity[n] / (float)substeps;
     }
-    good = good && exponentiate(part);
+    good = good && exponentiate(substep);
     if (!good) {
-        registration_free(part);
+        registration_free(substep);
     }
     return good;
 }

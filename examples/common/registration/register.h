@@ -18,14 +18,14 @@ enum register_similarity {
     REGISTER_LCC  /* local correlation: the same after subtracting the local mean and dividing by the local deviation */
 };
 
-enum { REGISTER_MOST_LEVELS = 6, REGISTER_LEAST_CELLS = 16 };
+enum { REGISTER_MAX_LEVELS = 6, REGISTER_MIN_CELLS = 16 };
 
 struct register_settings {
     enum register_align align;
     enum register_similarity similarity;
     bool one_scale;        /* intensities mean the same in both images; without it that is found out, or scales matched */
     bool one_sided;        /* forces of the fixed image's side only: half the time, not symmetric */
-    int levels;            /* grids, each twice as fine as the one before; 0: while REGISTER_LEAST_CELLS voxels a side stay */
+    int levels;            /* grids, each twice as fine as the one before; 0: while REGISTER_MIN_CELLS voxels a side stay */
     int iterations;        /* at most, on each grid */
     float update_sigma;    /* Gaussian of the update ("fluid") and of the velocity ("elastic"), voxels of the grid */
     float velocity_sigma;
@@ -45,7 +45,7 @@ struct registration {
     float *velocity, *forward, *inverse; /* v, exp(v), exp(-v): 3 a voxel, in voxels of the grid */
     double affine[3][4];                 /* A, world mm */
     double affine_inverse[3][4];
-    struct register_level levels[REGISTER_MOST_LEVELS];
+    struct register_level levels[REGISTER_MAX_LEVELS];
     bool one_scale;                      /* was one scale of intensities asked for, or found? */
     int level_count;                     /* levels[0] is the finest */
 };
@@ -58,7 +58,7 @@ void registration_free(struct registration *registration);
 
 /* The map that takes points one of `parts` equal steps of the way: applied that often it is the whole one. Only for a
  * registration without an affine map; *part is freed like any other. False: memory is short. */
-bool registration_part(const struct registration *registration, int parts, struct registration *part);
+bool registration_substep(const struct registration *registration, int substeps, struct registration *substep);
 
 /* The map and its inverse, for field_sample. */
 void registration_map(const void *registration, const float *points, size_t count, float *mapped);

@@ -8,12 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 12, ITERATIONS = 40 };
-static const double least_overlap = 0.3; /* of the fixed image's voxels that have to lie inside the moving one */
+enum { MAX_PARAMETERS = 12, ITERATIONS = 40 };
+static const double min_overlap = 0.3; /* of the fixed image's voxels that have to lie inside the moving one */
 
 /* Normal equations of one slice or of all. */
 struct normal {
-    double a[MOST][MOST], b[MOST], squares, number;
+    double a[MAX_PARAMETERS][MAX_PARAMETERS], b[MAX_PARAMETERS], squares, number;
 };
 
 struct problem {
@@ -29,10 +29,10 @@ static int parameters_of(enum register_align align)
 }
 
 /* How the mapped point moves with each parameter: translations; then rotations about the mapped centre, or all of a matrix. */
-static void motions(const struct problem *p, const double map[3][4], const float world[3], double m[MOST][3])
+static void motions(const struct problem *p, const double map[3][4], const float world[3], double m[MAX_PARAMETERS][3])
 {
     double x[3], turned[3];
-    memset(m, 0, MOST * sizeof *m);
+    memset(m, 0, MAX_PARAMETERS * sizeof *m);
     for (int a = 0; a < 3; ++a) {
         x[a] = ((double)world[a] - p->center[a]) / p->radius;
         m[a][a] = 1.0;
@@ -77,7 +77,7 @@ static bool look(const struct volume *moving, const float world[3], float *value
 
 static void add_voxel(const struct problem *p, const double map[3][4], const float world[3], float wanted, struct normal *out)
 {
-    double gradient[3], m[MOST][3], jacobian[MOST];
+    double gradient[3], m[MAX_PARAMETERS][3], jacobian[MAX_PARAMETERS];
     float mapped[3], value;
     register_apply(map, world, mapped);
     if (!look(p->moving, mapped, &value, gradient)) {
@@ -124,7 +124,7 @@ static double equations(const struct problem *p, const double map[3][4], struct 
             ((double *)(void *)sum)[n] += slice[n];
         }
     }
-    return sum->number >= least_overlap * (double)vgrid_voxels(dims) ? sum->squares / sum->number : INFINITY;
+    return sum->number >= min_overlap * (double)vgrid_voxels(dims) ? sum->squares / sum->number : INFINITY;
 }
 
 /* Rodrigues: the matrix of a turn about `axis` by its length. */
@@ -171,9 +171,9 @@ static void move(const struct problem *p, const double map[3][4], const double *
 }
 
 /* (A + damping diag A) step = b */
-static bool solve(const struct problem *p, const struct normal *sum, double damping, double step[MOST])
+static bool solve(const struct problem *p, const struct normal *sum, double damping, double step[MAX_PARAMETERS])
 {
-    double a[MOST * MOST];
+    double a[MAX_PARAMETERS * MAX_PARAMETERS];
     const int n = p->parameters;
     double trace = 0.0;
     for (int i = 0; i < n; ++i) {
@@ -194,7 +194,7 @@ static void improve(const struct problem *p, double map[3][4])
     struct normal sum, tried;
     double damping = 1e-3, now = equations(p, (const double(*)[4])map, &sum);
     for (int i = 0; i < ITERATIONS && isfinite(now) && damping < 1e6; ++i) {
-        double step[MOST], next[3][4];
+        double step[MAX_PARAMETERS], next[3][4];
         if (!solve(p, &sum, damping, step)) {
             return;
         }

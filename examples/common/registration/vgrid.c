@@ -58,19 +58,19 @@ static inline int clamp(int i, int n) { return i < 0 ? 0 : i < n ? i : n - 1; }
 
 struct kernel {
     const float *weights; /* reach + 1 of them, for distances 0, 1, ... */
-    int reach;
+    int half_width;
 };
 
 /* Along x: the row and its ends go to a wider one, whose shifted copies are added up. */
 static void smooth_row(const struct kernel *kernel, int n, size_t channels, const float *in, float *out, float *wide)
 {
     const size_t count = (size_t)n * channels;
-    for (int i = -kernel->reach; i < n + kernel->reach; ++i) {
-        memcpy(wide + (size_t)(i + kernel->reach) * channels, in + (size_t)clamp(i, n) * channels, channels * sizeof *in);
+    for (int i = -kernel->half_width; i < n + kernel->half_width; ++i) {
+        memcpy(wide + (size_t)(i + kernel->half_width) * channels, in + (size_t)clamp(i, n) * channels, channels * sizeof *in);
     }
     memset(out, 0, count * sizeof *out);
-    for (int d = -kernel->reach; d <= kernel->reach; ++d) {
-        add_row(out, wide + (size_t)(d + kernel->reach) * channels, kernel->weights[abs(d)], count);
+    for (int d = -kernel->half_width; d <= kernel->half_width; ++d) {
+        add_row(out, wide + (size_t)(d + kernel->half_width) * channels, kernel->weights[abs(d)], count);
     }
 }
 
@@ -87,7 +87,7 @@ static void smooth_across(const struct kernel *kernel, const int dims[3], int ax
             const int place = axis == 1 ? j : k;
             const float *line = in + (size_t)k * slice + (size_t)j * row - (size_t)place * stride;
             memset(to, 0, row * sizeof *to);
-            for (int d = -kernel->reach; d <= kernel->reach; ++d) {
+            for (int d = -kernel->half_width; d <= kernel->half_width; ++d) {
                 add_row(to, line + (size_t)clamp(place + d, dims[axis]) * stride, kernel->weights[abs(d)], row);
             }
         }
@@ -111,24 +111,24 @@ static void smooth_along_x(const struct kernel *kernel, const int dims[3], size_
 
 bool vgrid_smooth(const int dims[3], int channels, float sigma, float *data, float *scratch)
 {
-    const int reach = (int)ceilf(3.0f * sigma);
-    const size_t row = (size_t)dims[0] * (size_t)channels, wide_size = row + (size_t)(2 * reach * channels);
+    const int half_width = (int)ceilf(3.0f * sigma);
+    const size_t row = (size_t)dims[0] * (size_t)channels, wide_size = row + (size_t)(2 * half_width * channels);
     const size_t bytes = vgrid_voxels(dims) * (size_t)channels * sizeof *data;
     float sum = 0.0f;
     if (!(sigma > 0.01f)) {
         return true;
     }
-    float *weights = malloc((size_t)(reach + 1) * sizeof *weights);
+    float *weights = malloc((size_t)(half_width + 1) * sizeof *weights);
     float *wide = malloc(wide_size * (size_t)dims[2] * sizeof *wide); /* a row for every slice, so for every thread */
     if (weights && wide) {
-        for (int d = 0; d <= reach; ++d) {
+        for (int d = 0; d <= half_width; ++d) {
             weights[d] = expf(-0.5f * (float)(d * d) / (sigma * sigma));
             sum += d > 0 ? 2.0f * weights[d] : weights[d];
         }
-        for (int d = 0; d <= reach; ++d) {
+        for (int d = 0; d <= half_width; ++d) {
             weights[d] /= sum;
         }
-        const struct kernel kernel = {weights, reach};
+        const struct kernel kernel = {weights, half_width};
         smooth_along_x(&kernel, dims, (size_t)channels, data, scratch, wide, wide_size);
         smooth_across(&kernel, dims, 1, row, scratch, data);
         smooth_across(&kernel, dims, 2, row, data, scratch);

@@ -161,7 +161,7 @@ static void mean_shape(float *const *shapes, int count, size_t vertices, float *
 
 bool shapes_align(float *const *shapes, int count, size_t vertices, bool scaling, float *mean)
 {
-    enum { MOST_ROUNDS = 50 };
+    enum { MAX_ROUNDS = 50 };
     double center[3], size = 0.0, radius;
     if (count < 1 || vertices < 3) {
         return false;
@@ -177,7 +177,7 @@ bool shapes_align(float *const *shapes, int count, size_t vertices, bool scaling
     if (good) {
         memcpy(first, shapes[0], 3 * vertices * sizeof *first);
     }
-    for (int round = 0; good && round < MOST_ROUNDS; ++round) {
+    for (int round = 0; good && round < MAX_ROUNDS; ++round) {
         struct similarity fit;
         for (int s = 0; good && s < count; ++s) {
             good = similarity_fit(shapes[s], mean, NULL, vertices, scaling, &fit);
@@ -247,14 +247,14 @@ static void make_mode(float *const *shapes, int count, size_t vertices, const fl
     }
 }
 
-bool shape_model_build(float *const *shapes, int count, size_t vertices, int most_modes, struct shape_model *model)
+bool shape_model_build(float *const *shapes, int count, size_t vertices, int max_modes, struct shape_model *model)
 {
-    const size_t n = (size_t)(count > 1 ? count : 1), most = (size_t)(most_modes < count - 1 ? most_modes : count - 1);
+    const size_t n = (size_t)(count > 1 ? count : 1), maximum = (size_t)(max_modes < count - 1 ? max_modes : count - 1);
     memset(model, 0, sizeof *model);
     model->vertices = vertices;
     model->mean = malloc(3 * vertices * sizeof *model->mean);
-    model->mode = malloc((3 * vertices * most + 1) * sizeof *model->mode);
-    model->deviation = calloc(most + 1, sizeof *model->deviation);
+    model->mode = malloc((3 * vertices * maximum + 1) * sizeof *model->mode);
+    model->deviation = calloc(maximum + 1, sizeof *model->deviation);
     double *gram = malloc(n * n * sizeof *gram), *eigenvalues = malloc(n * sizeof *eigenvalues);
     bool good = model->mean && model->mode && model->deviation && gram && eigenvalues;
     if (good) {
@@ -262,7 +262,7 @@ bool shape_model_build(float *const *shapes, int count, size_t vertices, int mos
         gram_matrix(shapes, count, vertices, model->mean, gram);
         good = LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', (lapack_int)n, gram, (lapack_int)n, eigenvalues) == 0;
     }
-    for (size_t m = 0; good && m < most; ++m) { /* eigenvalues rise; rounding leaves some 1e-7 of float coordinates */
+    for (size_t m = 0; good && m < maximum; ++m) { /* eigenvalues rise; rounding leaves some 1e-7 of float coordinates */
         const size_t last = n - 1 - m;
         if (!(eigenvalues[last] > 1e-10 * eigenvalues[n - 1]) || !(eigenvalues[last] > 0.0)) {
             break;
@@ -324,7 +324,7 @@ static double normal_deviate(uint64_t *state)
     return sum;
 }
 
-static bool generalise(float *const *shapes, int count, size_t vertices, int modes, double *curve)
+static bool generalize(float *const *shapes, int count, size_t vertices, int modes, double *curve)
 {
     float **others = malloc((size_t)count * sizeof *others), *nearest = malloc(3 * vertices * sizeof *nearest);
     double *weights = malloc((size_t)(modes + 1) * sizeof *weights);
@@ -360,12 +360,12 @@ static bool specify(float *const *shapes, int count, const struct shape_model *m
             weights[m] = normal_deviate(&state);
         }
         for (int m = 1; m <= modes; ++m) {
-            double least = INFINITY;
+            double minimum = INFINITY;
             shape_model_shape(model, weights, m, random);
             for (int s = 0; s < count; ++s) {
-                least = fmin(least, shapes_distance(random, shapes[s], model->vertices));
+                minimum = fmin(minimum, shapes_distance(random, shapes[s], model->vertices));
             }
-            curve[m - 1] += least / samples;
+            curve[m - 1] += minimum / samples;
         }
     }
     const bool good = random && weights;
@@ -384,9 +384,9 @@ bool shape_curves_make(float *const *shapes, int count, size_t vertices, int sam
     curves->modes = model.modes;
     const size_t room = (size_t)model.modes + 1;
     curves->compactness = calloc(room, sizeof(double));
-    curves->generalisation = calloc(room, sizeof(double));
+    curves->generalization = calloc(room, sizeof(double));
     curves->specificity = calloc(room, sizeof(double));
-    bool good = curves->compactness && curves->generalisation && curves->specificity;
+    bool good = curves->compactness && curves->generalization && curves->specificity;
     double total = 0.0, held = 0.0;
     for (int m = 0; m < model.modes; ++m) {
         total += model.deviation[m] * model.deviation[m];
@@ -395,7 +395,7 @@ bool shape_curves_make(float *const *shapes, int count, size_t vertices, int sam
         held += model.deviation[m] * model.deviation[m];
         curves->compactness[m] = held / total;
     }
-    good = good && (count < 3 || generalise(shapes, count, vertices, model.modes, curves->generalisation))
+    good = good && (count < 3 || generalize(shapes, count, vertices, model.modes, curves->generalization))
         && specify(shapes, count, &model, model.modes, samples, curves->specificity);
     shape_model_free(&model);
     if (!good) {
@@ -407,7 +407,7 @@ bool shape_curves_make(float *const *shapes, int count, size_t vertices, int sam
 void shape_curves_free(struct shape_curves *curves)
 {
     free(curves->compactness);
-    free(curves->generalisation);
+    free(curves->generalization);
     free(curves->specificity);
     memset(curves, 0, sizeof *curves);
 }

@@ -48,7 +48,7 @@ struct shape_model {
 };
 
 /* Principal modes of aligned shapes (eigenvectors of their Gram matrix by LAPACK). False: memory, or LAPACK refuses. */
-bool shape_model_build(float *const *shapes, int count, size_t vertices, int most_modes, struct shape_model *model);
+bool shape_model_build(float *const *shapes, int count, size_t vertices, int max_modes, struct shape_model *model);
 void shape_model_free(struct shape_model *model);
 
 void shape_model_shape(const struct shape_model *model, const double *weights, int modes, float *shape);
@@ -66,7 +66,7 @@ double shapes_distance(const float *a, const float *b, size_t vertices);
  *                  those it was made of */
 struct shape_curves {
     int modes;
-    double *compactness, *generalisation, *specificity;
+    double *compactness, *generalization, *specificity;
 };
 
 bool shape_curves_make(float *const *shapes, int count, size_t vertices, int samples, struct shape_curves *curves);

@@ -282,32 +282,32 @@ static double center_kernel(const struct warp *warp, int a, int b)
     return kernel(warp, d2, &slope);
 }
 
-struct warp_wish warp_wish_along(const double displacement[3], const float normal[3], double sigma)
+struct warp_constraint warp_constraint_along(const double displacement[3], const float normal[3], double sigma)
 {
-    struct warp_wish wish;
+    struct warp_constraint constraint;
     for (int r = 0; r < 3; ++r) {
-        wish.displacement[r] = displacement[r];
+        constraint.displacement[r] = displacement[r];
         for (int c = 0; c < 3; ++c) {
             const double both = (double)normal[r] * (double)normal[c], across = (r == c ? 1.0 : 0.0) - both;
-            wish.covariance[r][c] = sigma * sigma * (both + across / slide);
+            constraint.covariance[r][c] = sigma * sigma * (both + across / slide);
         }
     }
-    return wish;
+    return constraint;
 }
 
-static struct warp_wish wish_anyway(const double displacement[3], double sigma)
+static struct warp_constraint isotropic_constraint(const double displacement[3], double sigma)
 {
-    struct warp_wish wish;
+    struct warp_constraint constraint;
     for (int r = 0; r < 3; ++r) {
-        wish.displacement[r] = displacement[r];
+        constraint.displacement[r] = displacement[r];
         for (int c = 0; c < 3; ++c) {
-            wish.covariance[r][c] = r == c ? sigma * sigma : 0.0;
+            constraint.covariance[r][c] = r == c ? sigma * sigma : 0.0;
         }
     }
-    return wish;
+    return constraint;
 }
 
-bool warp_solve(struct warp *warp, const struct warp_wish *wishes)
+bool warp_solve(struct warp *warp, const struct warp_constraint *constraints)
 {
     const int n = 3 * warp->count;
     double *matrix = calloc((size_t)n * (size_t)n + 1, sizeof *matrix);
@@ -322,9 +322,9 @@ bool warp_solve(struct warp *warp, const struct warp_wish *wishes)
                 row[3 * b + r] = center_kernel(warp, a, b);
             }
             for (int c = 0; c <= r; ++c) {
-                row[3 * a + c] += wishes[a].covariance[r][c];
+                row[3 * a + c] += constraints[a].covariance[r][c];
             }
-            warp->weights[3 * a + r] = wishes[a].displacement[r];
+            warp->weights[3 * a + r] = constraints[a].displacement[r];
         }
     }
     const bool good = LAPACKE_dposv(LAPACK_ROW_MAJOR, 'L', n, 1, matrix, n, warp->weights, 1) == 0;
@@ -332,24 +332,24 @@ bool warp_solve(struct warp *warp, const struct warp_wish *wishes)
     return good;
 }
 
-static struct warp_wish follow_surface(const struct warp *warp, int a, const struct target *target, const struct similarity *pose,
+static struct warp_constraint follow_surface(const struct warp *warp, int a, const struct target *target, const struct similarity *pose,
                                        const float at[3], const float normal[3])
 {
     const double sigma = noise * warp->size, loose = 1e3 * sigma;
     struct target_hit hit;
     double displacement[3];
-    float way[3];
+    float offset[3];
     target_nearest(target, pose, at, &hit);
     const bool known = !hit.on_rim && vec3_dot(hit.normal, normal) > 0.3f;
-    vec3_sub(hit.place, at, way);
-    const double along = known ? (double)vec3_dot(way, hit.normal) : 0.0;
+    vec3_sub(hit.place, at, offset);
+    const double along = known ? (double)vec3_dot(offset, hit.normal) : 0.0;
     for (int r = 0; r < 3; ++r) {
         displacement[r] = (double)at[r] - (double)warp->centers[3 * a + r] + along * (double)hit.normal[r];
     }
-    return known ? warp_wish_along(displacement, hit.normal, sigma) : wish_anyway(displacement, loose);
+    return known ? warp_constraint_along(displacement, hit.normal, sigma) : isotropic_constraint(displacement, loose);
 }
 
-static struct warp_wish follow_landmark(const struct warp *warp, int a, const struct similarity *back, const float landmark[3])
+static struct warp_constraint follow_landmark(const struct warp *warp, int a, const struct similarity *back, const float landmark[3])
 {
     double displacement[3];
     float to[3];
@@ -357,7 +357,7 @@ static struct warp_wish follow_landmark(const struct warp *warp, int a, const st
     for (int r = 0; r < 3; ++r) {
         displacement[r] = (double)to[r] - (double)warp->centers[3 * a + r];
     }
-    return wish_anyway(displacement, noise * warp->size);
+    return isotropic_constraint(displacement, noise * warp->size);
 }
 
 bool warp_fit(struct warp *warp, const struct target *target, const struct similarity *pose, const float *now,
@@ -365,13 +365,13 @@ bool warp_fit(struct warp *warp, const struct target *target, const struct simil
 {
     const struct similarity back = similarity_inverse(pose);
     const int free_centers = warp->count - warp->pinned;
-    struct warp_wish *wishes = malloc(((size_t)warp->count + 1) * sizeof *wishes);
-    for (int a = 0; wishes && a < warp->count; ++a) {
-        wishes[a] = a < free_centers ? follow_surface(warp, a, target, pose, now + 3 * a, normals + 3 * a)
+    struct warp_constraint *constraints = malloc(((size_t)warp->count + 1) * sizeof *constraints);
+    for (int a = 0; constraints && a < warp->count; ++a) {
+        constraints[a] = a < free_centers ? follow_surface(warp, a, target, pose, now + 3 * a, normals + 3 * a)
                                      : follow_landmark(warp, a, &back, landmarks + 3 * (a - free_centers));
     }
-    const bool good = wishes && warp_solve(warp, wishes);
-    free(wishes);
+    const bool good = constraints && warp_solve(warp, constraints);
+    free(constraints);
     return good;
 }
 
@@ -478,13 +478,13 @@ static int compare_attempts(const void *left, const void *right)
 }
 
 /* Pose and warp in turn: what the warp holds of a similarity goes into the pose. */
-static bool refine(const struct target *target, const struct cast *cast, const float *landmarks, struct similarity *pose,
+static bool refine(const struct target *target, const struct fit_source *source, const float *landmarks, struct similarity *pose,
                    double *cost)
 {
     struct warp warp;
-    const size_t bytes = 3 * (size_t)cast->count * sizeof(float);
+    const size_t bytes = 3 * (size_t)source->count * sizeof(float);
     float *now = malloc(bytes);
-    bool good = now && warp_create(cast->points, cast->count, cast->landmarks, cast->landmark_count, cast->size, &warp);
+    bool good = now && warp_create(source->points, source->count, source->landmarks, source->landmark_count, source->size, &warp);
     if (!good) {
         free(now);
         return false;
@@ -492,15 +492,15 @@ static bool refine(const struct target *target, const struct cast *cast, const f
     for (int round = 0; good && round < WARP_ROUNDS; ++round) {
         struct similarity within;
         memset(warp.weights, 0, 3 * (size_t)warp.count * sizeof *warp.weights);
-        memcpy(now, cast->points, bytes);
+        memcpy(now, source->points, bytes);
         for (int step = 0; good && step < WARP_STEPS; ++step) {
-            good = warp_fit(&warp, target, pose, now, cast->normals, landmarks);
-            for (int i = 0; i < cast->count; ++i) {
-                warp_apply(&warp, cast->points + 3 * i, now + 3 * i, NULL);
+            good = warp_fit(&warp, target, pose, now, source->normals, landmarks);
+            for (int i = 0; i < source->count; ++i) {
+                warp_apply(&warp, source->points + 3 * i, now + 3 * i, NULL);
             }
         }
         *cost = warp_cost(&warp, target, pose);
-        if (round + 1 < WARP_ROUNDS && similarity_fit(cast->points, now, NULL, (size_t)cast->count, true, &within)) {
+        if (round + 1 < WARP_ROUNDS && similarity_fit(source->points, now, NULL, (size_t)source->count, true, &within)) {
             *pose = similarity_after(&within, pose);
         }
     }
@@ -510,15 +510,15 @@ static bool refine(const struct target *target, const struct cast *cast, const f
 }
 
 /* Different attempts first in `attempts`, the nearest ones first; returns how many. */
-static int keep_different(struct attempt *attempts, int count, int most)
+static int keep_different(struct attempt *attempts, int count, int maximum)
 {
-    const double least_angle = 0.2; /* radians */
+    const double min_angle = 0.2; /* radians */
     int kept = 0;
     qsort(attempts, (size_t)count, sizeof *attempts, compare_attempts);
-    for (int i = 0; i < count && kept < most; ++i) {
+    for (int i = 0; i < count && kept < maximum; ++i) {
         bool fresh = true;
         for (int k = 0; fresh && k < kept; ++k) {
-            fresh = similarity_angle(&attempts[i].pose, &attempts[k].pose) > least_angle;
+            fresh = similarity_angle(&attempts[i].pose, &attempts[k].pose) > min_angle;
         }
         if (fresh) {
             attempts[kept++] = attempts[i];
@@ -528,7 +528,7 @@ static int keep_different(struct attempt *attempts, int count, int most)
 }
 
 /* Where to begin: the landmarks' own pose, or middle on middle in the same size with `tries` rotations. */
-static int first_attempts(const struct target *target, const struct cast *few, enum orientation orientation,
+static int first_attempts(const struct target *target, const struct fit_source *few, enum orientation orientation,
                           const float *landmarks, const double center[3], struct attempt *attempts) {
     if (orientation == ORIENTATION_MARKED) {
         return similarity_fit(few->landmarks, landmarks, NULL, (size_t)few->landmark_count, true, &attempts[0].pose) ? 1 : 0;
@@ -549,25 +549,25 @@ static int first_attempts(const struct target *target, const struct cast *few, e
     return keep_different(attempts, tries, TRIES);
 }
 
-bool surface_register(const struct target *target, const struct cast *cast, enum orientation orientation,
+bool surface_register(const struct target *target, const struct fit_source *source, enum orientation orientation,
                       const float *landmarks, struct similarity *pose, double *cost)
 {
     struct attempt attempts[ORIENTATIONS];
     float points[3 * WARP_POINTS], normals[3 * WARP_POINTS];
     int chosen[WARP_POINTS];
     double center[3], radius;
-    struct cast few = *cast;
-    few.count = points_spread(cast->points, cast->count, WARP_POINTS, chosen);
+    struct fit_source few = *source;
+    few.count = points_spread(source->points, source->count, WARP_POINTS, chosen);
     if (few.count < 3) {
         return false;
     }
     for (int i = 0; i < few.count; ++i) {
-        memcpy(points + 3 * i, cast->points + 3 * chosen[i], 3 * sizeof *points);
-        memcpy(normals + 3 * i, cast->normals + 3 * chosen[i], 3 * sizeof *normals);
+        memcpy(points + 3 * i, source->points + 3 * chosen[i], 3 * sizeof *points);
+        memcpy(normals + 3 * i, source->normals + 3 * chosen[i], 3 * sizeof *normals);
     }
     few.points = points;
     few.normals = normals;
-    shape_size(cast->points, (size_t)cast->count, center, &radius);
+    shape_size(source->points, (size_t)source->count, center, &radius);
     const int tries = first_attempts(target, &few, orientation, landmarks, center, attempts);
 #if defined(_OPENMP)
     #pragma omp parallel for

@@ -66,21 +66,21 @@ bool warp_fit(struct warp *warp, const struct target *target, const struct simil
               const float *normals, const float *landmarks);
 
 /* What a centre is wanted to do: its displacement from the template, and the covariance of that. */
-struct warp_wish {
+struct warp_constraint {
     double displacement[3], covariance[3][3];
 };
 
 /* A wish that counts along `normal` with deviation `sigma`, and little across it. */
-struct warp_wish warp_wish_along(const double displacement[3], const float normal[3], double sigma);
+struct warp_constraint warp_constraint_along(const double displacement[3], const float normal[3], double sigma);
 
 /* The most probable displacement after one wish a centre. False: LAPACK refuses, or memory. */
-bool warp_solve(struct warp *warp, const struct warp_wish *wishes);
+bool warp_solve(struct warp *warp, const struct warp_constraint *constraints);
 
 /* How improbable the displacement is, and what is left of the distances: the smaller the better. */
 double warp_cost(const struct warp *warp, const struct target *target, const struct similarity *pose);
 
 /* What is to be laid on targets: points of a template's surface with their normals, and landmarks. */
-struct cast {
+struct fit_source {
     const float *points, *normals, *landmarks;
     int count, landmark_count;
     double size; /* of the template: shape_size */
@@ -96,7 +96,7 @@ enum orientation {
 void rotation_number(int i, double rotation[3][3]);
 
 /* The pose of the template on the target. landmarks: on the target, as many as the cast has. */
-bool surface_register(const struct target *target, const struct cast *cast, enum orientation orientation,
+bool surface_register(const struct target *target, const struct fit_source *source, enum orientation orientation,
                       const float *landmarks, struct similarity *pose, double *cost);
 
 #endif

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_FRAMES = 16 };
+enum { MAX_FRAMES = 16 };
 
 /* One run in progress. */
 struct run {
@@ -19,7 +19,7 @@ struct run {
     springls_context *ctx;
     springls_measures start;
     FILE *series;
-    struct model_frame frames[MOST_FRAMES];
+    struct model_frame frames[MAX_FRAMES];
     int frames_taken;
     double stage_before[SPRINGLS_STAGE_COUNT];
 };
@@ -42,7 +42,7 @@ void benchmark_option_table(struct benchmark_options *o, struct cli_option *tabl
         {"topology", CLI_CHOICE, &o->topology, NULL, "may the level set change its topology?", 0.0, 0.0, "free|preserved"},
         {"every-step", CLI_FLAG, &o->every_step, NULL, "count components and the Euler number after every step", 0.0, 0.0, NULL},
         {"series", CLI_STRING, &o->series, "FILE", "write springls and stage times of every step as CSV", 0.0, 0.0, NULL},
-        {"frames", CLI_INT, &o->frames, "K", "pictures in the film strip of --out", 2.0, (double)MOST_FRAMES, NULL},
+        {"frames", CLI_INT, &o->frames, "K", "pictures in the film strip of --out", 2.0, (double)MAX_FRAMES, NULL},
     };
     memcpy(table, all, sizeof all);
 }
@@ -58,7 +58,7 @@ static int make_model(struct run *run)
     springls_params params;
     springls_desc desc;
     const int status = run_options(b->name, &run->options->common, run->options->set, &params);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (strcmp(run->options->topology, "preserved") == 0) {
@@ -70,7 +70,7 @@ static int make_model(struct run *run)
     desc.backend = run->backend = run_backend(b->name, &run->options->common);
     snprintf(run->result.backend, sizeof run->result.backend, "%s", run_backend_name(run->backend));
     const int created = run_create(b->name, &desc, &run->ctx);
-    if (created != CLI_GO_ON) {
+    if (created != CLI_CONTINUE) {
         return created;
     }
     if (springls_set_implicit(run->ctx, b->shape, b->shape_data) != SPRINGLS_OK
@@ -78,15 +78,15 @@ static int make_model(struct run *run)
         return fail(run, "start");
     }
     run->result.springls_initial = springls_count(run->ctx);
-    run->result.components_least = run->result.components_most = run->start.components;
-    run->result.euler_least = run->result.euler_most = run->start.euler;
-    return CLI_GO_ON;
+    run->result.components_min = run->result.components_max = run->start.components;
+    run->result.euler_min = run->result.euler_max = run->start.euler;
+    return CLI_CONTINUE;
 }
 
 static int open_series(struct run *run)
 {
     if (!run->options->series) {
-        return CLI_GO_ON;
+        return CLI_CONTINUE;
     }
     run->series = fopen(run->options->series, "w");
     if (!run->series) {
@@ -97,11 +97,11 @@ static int open_series(struct run *run)
         fprintf(run->series, ",%s", springls_stage_name((springls_stage)s));
     }
     fprintf(run->series, run->options->every_step ? ",components,euler\n" : "\n");
-    return CLI_GO_ON;
+    return CLI_CONTINUE;
 }
 
-static int least(int a, int b) { return a < b ? a : b; }
-static int most(int a, int b) { return a > b ? a : b; }
+static int minimum(int a, int b) { return a < b ? a : b; }
+static int maximum(int a, int b) { return a > b ? a : b; }
 
 /* What --every-step and --series want after a step. */
 static bool report_step(struct run *run, int step, double seconds)
@@ -113,10 +113,10 @@ static bool report_step(struct run *run, int step, double seconds)
         if (springls_measure(run->ctx, &m) != SPRINGLS_OK) {
             return false;
         }
-        r->components_least = least(r->components_least, m.components);
-        r->components_most = most(r->components_most, m.components);
-        r->euler_least = least(r->euler_least, m.euler);
-        r->euler_most = most(r->euler_most, m.euler);
+        r->components_min = minimum(r->components_min, m.components);
+        r->components_max = maximum(r->components_max, m.components);
+        r->euler_min = minimum(r->euler_min, m.euler);
+        r->euler_max = maximum(r->euler_max, m.euler);
     }
     if (run->series) {
         const springls_stats stats = springls_get_stats(run->ctx);
@@ -210,7 +210,7 @@ static int take_steps(struct run *run)
     run->result.kernels_per_step /= steps;
     run->result.downloads_per_step /= steps;
     run->result.bytes_down_per_step /= steps;
-    return CLI_GO_ON;
+    return CLI_CONTINUE;
 }
 
 static int measure_end(struct run *run)
@@ -238,7 +238,7 @@ static int measure_end(struct run *run)
     r->components = end.components;
     r->euler = end.euler;
     r->threads = run_threads();
-    return CLI_GO_ON;
+    return CLI_CONTINUE;
 }
 
 static int write_pictures(const struct run *run)
@@ -247,7 +247,7 @@ static int write_pictures(const struct run *run)
     char path[1024], name[64];
     struct model_view view;
     if (!run->options->common.out) {
-        return CLI_GO_ON;
+        return CLI_CONTINUE;
     }
     memset(&view, 0, sizeof view);
     memcpy(view.direction, b->view, sizeof view.direction);
@@ -265,7 +265,7 @@ static int write_pictures(const struct run *run)
     view.width = view.height = 640;
     snprintf(name, sizeof name, "%s_start_end.png", b->name);
     run_path(run->options->common.out, name, path, sizeof path);
-    return model_film_write(ends, 2, &view, path) ? CLI_GO_ON
+    return model_film_write(ends, 2, &view, path) ? CLI_CONTINUE
                                                   : cli_fail(b->name, CLI_EXIT_FAILURE, "cannot write %s", path);
 }
 
@@ -273,11 +273,11 @@ static int run_all(struct run *run)
 {
     const bool json_on_stdout = run->options->common.json && strcmp(run->options->common.json, "-") == 0;
     int status = make_model(run);
-    status = status == CLI_GO_ON ? open_series(run) : status;
-    status = status == CLI_GO_ON ? take_steps(run) : status;
-    status = status == CLI_GO_ON ? measure_end(run) : status;
-    status = status == CLI_GO_ON ? write_pictures(run) : status;
-    if (status != CLI_GO_ON) {
+    status = status == CLI_CONTINUE ? open_series(run) : status;
+    status = status == CLI_CONTINUE ? take_steps(run) : status;
+    status = status == CLI_CONTINUE ? measure_end(run) : status;
+    status = status == CLI_CONTINUE ? write_pictures(run) : status;
+    if (status != CLI_CONTINUE) {
         return status;
     }
     if (run->options->common.json && !benchmark_write_json(run->benchmark, run->options, &run->result)) {

@@ -61,7 +61,7 @@ struct benchmark_result {
     struct benchmark_error deformation, tracking, halfway, surface;
     double volume_change_percent, volume_error_percent;
     int components, euler;
-    int components_least, components_most, euler_least, euler_most; /* over all steps, with --every-step */
+    int components_min, components_max, euler_min, euler_max; /* over all steps, with --every-step */
     double seconds_total, seconds_stage[SPRINGLS_STAGE_COUNT];
     size_t model_bytes;
     uint64_t state_hash;

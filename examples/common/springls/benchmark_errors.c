@@ -78,11 +78,11 @@ struct benchmark_error benchmark_tracking(springls_view particles, springls_view
 static void exact_step(const struct benchmark *b, const double factors[3], double h, double x[3])
 {
     double k[4][3], y[3];
-    static const double reach[4] = {0.0, 0.5, 0.5, 1.0};
+    static const double fraction[4] = {0.0, 0.5, 0.5, 1.0};
     static const int stage[4] = {0, 1, 1, 2};
     for (int s = 0; s < 4; ++s) {
         for (int c = 0; c < 3; ++c) {
-            y[c] = x[c] + (s > 0 ? reach[s] * h * k[s - 1][c] : 0.0);
+            y[c] = x[c] + (s > 0 ? fraction[s] * h * k[s - 1][c] : 0.0);
         }
         b->exact_velocity(b->flow, y, factors[stage[s]], k[s]);
     }

@@ -38,10 +38,10 @@ static void json_topology(struct json_writer *json, const struct benchmark_optio
     json_integer(json, "components", r->components);
     json_integer(json, "euler", r->euler);
     if (o->every_step) {
-        json_integer(json, "components_least", r->components_least);
-        json_integer(json, "components_most", r->components_most);
-        json_integer(json, "euler_least", r->euler_least);
-        json_integer(json, "euler_most", r->euler_most);
+        json_integer(json, "components_least", r->components_min);
+        json_integer(json, "components_most", r->components_max);
+        json_integer(json, "euler_least", r->euler_min);
+        json_integer(json, "euler_most", r->euler_max);
     }
 }
 
@@ -155,7 +155,7 @@ void benchmark_print_table(const struct benchmark *b, const struct benchmark_opt
            r->components == 1 ? "" : "s", r->euler, r->seconds_total > 0.0 ? r->steps / r->seconds_total : 0.0,
            peak_rss_mib());
     if (o->every_step) {
-        printf("  over all steps: %d to %d components, Euler number %d to %d\n", r->components_least, r->components_most,
-               r->euler_least, r->euler_most);
+        printf("  over all steps: %d to %d components, Euler number %d to %d\n", r->components_min, r->components_max,
+               r->euler_min, r->euler_max);
     }
 }

@@ -126,13 +126,13 @@ static float mean_edge(const springls_mesh *mesh)
 static bool render_springls(const struct model_frame *frame, const struct raycast_camera *camera, struct pattern *pattern,
                             const struct model_view *view, struct image *picture)
 {
-    const size_t most = (size_t)frame->soup.triangle_count + (size_t)frame->surface.triangle_count;
+    const size_t capacity = (size_t)frame->soup.triangle_count + (size_t)frame->surface.triangle_count;
     struct raycast_scene scene = scene_of(&frame->soup, camera);
-    struct patchwork work = {malloc((most + 1) * 12 * sizeof *work.positions), NULL, 0, 0};
+    struct patchwork work = {malloc((capacity + 1) * 12 * sizeof *work.positions), NULL, 0, 0};
     if (!work.positions) {
         return false;
     }
-    work.colors = work.positions + 9 * most;
+    work.colors = work.positions + 9 * capacity;
     add_springls(&work, &frame->soup, camera->eye, pattern, scene.base_color);
     if (view->over_surface) {
         add_surface(&work, &frame->surface, 0.3f * mean_edge(&frame->surface), color_rgb(0.52f, 0.60f, 0.74f));
@@ -245,14 +245,14 @@ bool model_film_write(const struct model_frame *frames, int count, const struct 
 static const float *foremost(const springls_mesh *surface, const float eye[3])
 {
     const float *best = surface->positions;
-    float least = INFINITY;
+    float minimum = INFINITY;
     for (size_t v = 0; v < (size_t)surface->vertex_count; ++v) {
         float to_eye[3];
         vec3_sub(eye, surface->positions + 3 * v, to_eye);
         const float distance = vec3_normalize(to_eye);
-        if (distance < least && vec3_dot(to_eye, surface->normals + 3 * v) > 0.95f) {
+        if (distance < minimum && vec3_dot(to_eye, surface->normals + 3 * v) > 0.95f) {
             best = surface->positions + 3 * v;
-            least = distance;
+            minimum = distance;
         }
     }
     return best;

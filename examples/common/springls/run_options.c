@@ -22,24 +22,24 @@ struct member {
 };
 
 #define REAL(name) {#name, offsetof(springls_params, name), true}
-#define WHOLE(name) {#name, offsetof(springls_params, name), false}
+#define INTEGER(name) {#name, offsetof(springls_params, name), false}
 
 static const struct member members[] = {
     REAL(d_max),             REAL(particle_radius),    REAL(neighbor_radius),
-    WHOLE(max_neighbors),    WHOLE(relax_iterations),  WHOLE(threshold),
-    WHOLE(weight),           WHOLE(torque),            REAL(sharpness),
+    INTEGER(max_neighbors),    INTEGER(relax_iterations),  INTEGER(threshold),
+    INTEGER(weight),           INTEGER(torque),            REAL(sharpness),
     REAL(kappa_int),         REAL(kappa_ext),          REAL(relax_step_length),
-    REAL(relax_step_rotation), WHOLE(relax_same_side), REAL(contract_distance),
+    REAL(relax_step_rotation), INTEGER(relax_same_side), REAL(contract_distance),
     REAL(min_angle),         REAL(max_angle),          REAL(min_area),
-    WHOLE(reshape),          REAL(merge_distance),     WHOLE(resample_period),
-    WHOLE(resample_last),    REAL(split_edge),         REAL(split_area),
-    WHOLE(placement),        REAL(band_half_width),    REAL(capture),
-    WHOLE(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
-    REAL(curvature),         WHOLE(predict),           WHOLE(project_level_set), WHOLE(nucleate),
-    WHOLE(keep_thin),        WHOLE(keep_edges),        WHOLE(fill_from_springls), WHOLE(topology),
-    REAL(nearest_rule),      WHOLE(track_iterations),  REAL(track_step),
-    WHOLE(vertex_velocity),  WHOLE(half_time_sampling), WHOLE(initial_stride),
-    WHOLE(project_initial),   WHOLE(volume_lock),
+    INTEGER(reshape),          REAL(merge_distance),     INTEGER(resample_period),
+    INTEGER(resample_last),    REAL(split_edge),         REAL(split_area),
+    INTEGER(placement),        REAL(band_half_width),    REAL(capture),
+    INTEGER(evolve_iterations), REAL(evolve_step),       REAL(evolve_width),
+    REAL(curvature),         INTEGER(predict),           INTEGER(project_level_set), INTEGER(nucleate),
+    INTEGER(keep_thin),        INTEGER(keep_edges),        INTEGER(fill_from_springls), INTEGER(topology),
+    REAL(nearest_rule),      INTEGER(track_iterations),  REAL(track_step),
+    INTEGER(vertex_velocity),  INTEGER(half_time_sampling), INTEGER(initial_stride),
+    INTEGER(project_initial),   INTEGER(volume_lock),
 };
 
 static const struct member *find_member(const char *name, size_t length)
@@ -70,7 +70,7 @@ static bool set_member(springls_params *params, const char *text, size_t length)
     const struct member *member = equals ? find_member(text, (size_t)(equals - text)) : NULL;
     const size_t value_length = equals ? length - (size_t)(equals + 1 - text) : 0;
     double real = 0.0;
-    int whole = 0;
+    int integer = 0;
     if (!member || value_length >= sizeof value) {
         return false;
     }
@@ -82,8 +82,8 @@ static bool set_member(springls_params *params, const char *text, size_t length)
         memcpy(place, &single, sizeof single);
         return true;
     }
-    if (!member->is_float && cli_read_int(value, &whole)) {
-        memcpy(place, &whole, sizeof whole);
+    if (!member->is_float && cli_read_int(value, &integer)) {
+        memcpy(place, &integer, sizeof integer);
         return true;
     }
     return false;
@@ -99,7 +99,7 @@ static int set_params(const char *program, const char *set, springls_params *par
         }
         item += length + (item[length] == ',' ? 1 : 0);
     }
-    return CLI_GO_ON;
+    return CLI_CONTINUE;
 }
 
 /* Looked at before the run, not after it. */
@@ -113,7 +113,7 @@ static int make_folder(const char *program, const char *path)
     if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
         return cli_fail(program, CLI_EXIT_FAILURE, "%s is no folder", path);
     }
-    return access(path, W_OK) == 0 ? CLI_GO_ON
+    return access(path, W_OK) == 0 ? CLI_CONTINUE
                                    : cli_fail(program, CLI_EXIT_FAILURE, "cannot write into %s: %s", path, strerror(errno));
 }
 
@@ -121,7 +121,7 @@ int run_options(const char *program, const struct cli_common *common, const char
 {
     *params = strcmp(common->params, "paper") == 0 ? springls_paper_params() : springls_default_params();
     const int status = set_params(program, set, params);
-    if (status != CLI_GO_ON) {
+    if (status != CLI_CONTINUE) {
         return status;
     }
 #ifdef _OPENMP
@@ -133,7 +133,7 @@ int run_options(const char *program, const struct cli_common *common, const char
         return cli_fail(program, CLI_EXIT_FAILURE, "--threads %d: built without threads (OpenMP)", common->threads);
     }
 #endif
-    return common->out ? make_folder(program, common->out) : CLI_GO_ON;
+    return common->out ? make_folder(program, common->out) : CLI_CONTINUE;
 }
 
 int run_threads(void)
@@ -206,7 +206,7 @@ int run_create(const char *program, springls_desc *desc, springls_context **ctx)
         const bool usage = status == SPRINGLS_INVALID_ARGUMENT;
         return cli_fail(program, usage ? CLI_EXIT_USAGE : CLI_EXIT_FAILURE, "%s%s", usage ? "parameter or grid: " : "", message);
     }
-    return CLI_GO_ON;
+    return CLI_CONTINUE;
 }
 
 bool run_check(const char *program, const springls_context *ctx, springls_status status, const char *doing)

@@ -11,7 +11,7 @@
 #define RUN_OPTIONS_SET_HELP "change parameters: name=value[,name=value...], names as in springls_params"
 
 /* The set named by --params, then the members named by `set` ("name=value,name=value"; NULL = none). Also sets the number
- * of threads and makes the folder of --out. CLI_GO_ON, or the exit status after one line on stderr. */
+ * of threads and makes the folder of --out. CLI_CONTINUE, or the exit status after one line on stderr. */
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
 
 /* The name of the member of springls_params at this offset, or a phrase: --set does not know it. */
@@ -32,7 +32,7 @@ const char *run_backend_name(const springls_backend *backend);
 /* True when `status` is good; else one line on stderr, which begins with program and `doing`. */
 bool run_check(const char *program, const springls_context *ctx, springls_status status, const char *doing);
 
-/* springls_create, with its reason for a refusal on stderr: CLI_GO_ON, or the exit status. Timed by the wall clock. */
+/* springls_create, with its reason for a refusal on stderr: CLI_CONTINUE, or the exit status. Timed by the wall clock. */
 int run_create(const char *program, springls_desc *desc, springls_context **ctx);
 
 #endif
