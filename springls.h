@@ -2395,21 +2395,23 @@ typedef struct springls__pieces {
     springls__range_job kernel;
 } springls__pieces;
 
-/* The stage at work, and how far it has come (parts.h). */
+/* The stage at work, and how far it has come (resumable.h). */
 typedef struct springls__work {
     springls__stage_fn stage;
-    int phase, repetition;         /* the next part; how often one has been done again                                 */
-    bool pending;
-    float number;           /* what parts tell each other                                                       */
-    springls__pieces loop;
+    int phase;              /* the next one: a constant of the stage's enum                                     */
+    int repetition;         /* how often a phase has been repeated                                              */
+    bool pending;           /* the phase is still to run                                                        */
+    float displacement;     /* project: the longest way of a particle since phi was last in step, voxels        */
+    springls__pieces loop;  /* that the phase before has ended with                                             */
 } springls__work;
 
-/* What advect is to do, does and has done. */
+/* The motion of advect: its forces, its numbers, and what has come of it. */
 typedef struct springls__motion {
     springls_context *ctx;
     springls_forces forces;
     bool stop_at_topology;
-    float time, dt, most;   /* most: the way that no particle goes beyond, voxels; 0: any                       */
+    float time, dt;
+    float max_displacement; /* of a particle, voxels; 0: no limit                                               */
     int tries;
     springls__force_rule rule;
     float affine_weight;
@@ -2419,22 +2421,32 @@ typedef struct springls__motion {
     int moving;
 } springls__motion;
 
-/* A row of an algorithm. Stage -1: no stage of its own. when NULL: always. */
-typedef struct springls__step_entry { int stage; bool (*when)(const springls_context *ctx); springls__stage_fn run; } springls__step_entry;
+/* What an entry of an algorithm is: a stage to run, or the begin or the end of a loop. */
+typedef enum springls__entry_kind { SPRINGLS__ENTRY_RUN, SPRINGLS__ENTRY_REPEAT_WHILE, SPRINGLS__ENTRY_END_REPEAT } springls__entry_kind;
+
+/* An entry of an algorithm (step.h). */
+typedef struct springls__step_entry {
+    springls__entry_kind kind;
+    int stage;              /* whose clock runs, or -1: none                                                    */
+    bool (*when)(const springls_context *ctx); /* its condition; NULL: always                                   */
+    springls__stage_fn run;
+} springls__step_entry;
 
 /* The step in progress (step.h). */
 typedef struct springls__stepping {
-    const springls__step_entry *row; /* the next one                                                            */
-    double seconds;         /* that the stage at work has taken so far                                          */
+    const springls__step_entry *next;
+    double stage_seconds;   /* that the stage at work has taken so far                                          */
     bool active;
     int stage;              /* at work, or -1                                                                   */
     springls_step_desc desc;
     springls_forces forces;
-    double end;             /* time when the step will be over                                                  */
-    float left, part;       /* of dt: to come, and of that as much as the force may permit at once              */
-    int parts;
-    bool resample, afresh;  /* this sub-step resamples; phi is made afresh of the springls                      */
-    int iterations;         /* of evolve and rebuild, to come                                                   */
+    double end_time;        /* of the step                                                                      */
+    float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
+    float longest_substep;  /* as the force permits                                                             */
+    int substeps;           /* so far                                                                           */
+    bool resamples;         /* this sub-step does                                                               */
+    bool phi_from_springls; /* phi is computed from the springls alone, and not carried along                   */
+    int iterations_left;    /* of evolve and rebuild                                                            */
 } springls__stepping;
 
 struct springls_context {
@@ -6607,13 +6619,15 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     return ctx->lost ? SPRINGLS_DEVICE_FAILED : SPRINGLS_OK;
 }
 
-/* Returns from the calling function what the device has come to in `call`; when the device has failed, goes on: to do the same here. */
-#define SPRINGLS__TRY_THERE(ctx, call)                                                                      \
-    do {                                                                                                    \
-        springls_status springls__there = (ctx)->on_device ? (call) : SPRINGLS_DEVICE_FAILED;                      \
-        if (springls__there != SPRINGLS_DEVICE_FAILED) return springls__there;                                     \
-        if ((ctx)->on_device) SPRINGLS__TRY(springls__fall_back_to_host(ctx));                                  \
-    } while (0)
+/* After a call of the backend that gave *status: true when the device has failed in it and the host can do the same instead.
+   False when *status is the result: of the device, or the failure to bring the model to the host. */
+SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_status *status)
+{
+    if (*status != SPRINGLS_DEVICE_FAILED) return false;
+    if (!ctx->on_device) return true; /* the call has fallen back itself */
+    *status = springls__fall_back_to_host(ctx);
+    return *status == SPRINGLS_OK;
+}
 
 /* To be called before host code reads arrays of the model, or writes some of their elements. */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
@@ -6985,7 +6999,10 @@ SPRINGLS__FN springls_status springls__scan(springls_context *ctx, int scratch, 
     uint32_t *numbers = (uint32_t *)ctx->model.scratch[scratch];
     uint64_t sum = 0;
     int i;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->scan(ctx, scratch, count, total));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->scan(ctx, scratch, count, total);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(SCRATCH0) << scratch));
     for (i = 0; i < count; i++) {
         uint32_t number = numbers[i];
@@ -7175,7 +7192,7 @@ SPRINGLS__FN void springls__entry_end(springls_context *ctx, double started)
 /* What is in progress is left as it is. */
 SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 {
-    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.seconds);
+    if (ctx->step.active) springls__entry_end(ctx, springls__now(ctx) - ctx->step.stage_seconds);
     ctx->step.active = false;
     memset(&ctx->work, 0, sizeof ctx->work);
 }
@@ -7746,7 +7763,10 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 {
     const uint8_t *keep = (const uint8_t *)ctx->model.scratch[1];
     int array, i, n = 0, count = ctx->model.set.count;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->constellation_compact(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->constellation_compact(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(SCRATCH1), SPRINGLS__SET_BITS));
     for (array = SPRINGLS__ARRAY_S; array <= SPRINGLS__ARRAY_SYNCED_POSITION; array++) {
         char *data = (char *)ctx->memory[array].data;
@@ -8481,7 +8501,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *job)
 }
 
 /* Displacements by the host's threads, which callbacks want. Ends with a loop. */
-SPRINGLS__FN springls_status springls__displace_here(springls__motion *job)
+SPRINGLS__FN springls_status springls__displace_on_host(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     uint64_t grid = job->rule.curvature_weight != 0.0f || job->rule.stop_at_topology ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP)
@@ -8510,7 +8530,7 @@ SPRINGLS__FN void springls__displaced(springls__motion *job)
 }
 
 /* Can the device take these forces by itself? */
-SPRINGLS__FN bool springls__device_knows(springls__motion *job)
+SPRINGLS__FN bool springls__device_can_displace(springls__motion *job)
 {
     const springls_forces *forces = &job->forces;
     float *n = job->rule.flow_numbers;
@@ -8551,7 +8571,7 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__displace_there(springls__motion *job)
+SPRINGLS__FN springls_status springls__displace_on_device(springls__motion *job)
 {
     springls_context *ctx = job->ctx;
     int count = ctx->model.set.count;
@@ -8580,27 +8600,33 @@ SPRINGLS__FN springls_status springls__displace(springls__motion *job)
     SPRINGLS__TRY(
         springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof *job->displacement, (void **)&job->displacement));
     job->blocks = NULL;
-    if (ctx->on_device && springls__device_knows(job)) SPRINGLS__TRY_THERE(ctx, springls__displace_there(job));
-    return springls__displace_here(job);
+    if (ctx->on_device && springls__device_can_displace(job)) {
+        springls_status status = springls__displace_on_device(job);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    return springls__displace_on_host(job);
 }
 
-/* Moves all springls as the context's motion says. A particle that would go further than `most` (0: any way is allowed) has
-   everything tried again with a shorter dt, a little shorter than would do if the force were even; at last any way is allowed. */
+enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
+
+/* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
+   displacements are computed again with a dt a little shorter than an even force would need; after TRIES of that there is no
+   limit. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
     springls__motion *job = &ctx->motion;
     int count = ctx->model.set.count;
-    if (ctx->work.phase == 0) {
+    if (ctx->work.phase == SPRINGLS__ADVECT_DISPLACE) {
         SPRINGLS__TRY(springls__displace(job));
-        return springls__next_phase(ctx, 1);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_MOVE);
     }
     springls__displaced(job);
     if (job->moved < 0.0f)
         return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)job->time);
-    if (job->most > 0.0f && job->moved > job->most && ++job->tries < TRIES) {
-        job->dt *= springls__max(0.95f * job->most / job->moved, 0.1f);
-        return springls__next_phase(ctx, 0);
+    if (job->max_displacement > 0.0f && job->moved > job->max_displacement && ++job->tries < TRIES) {
+        job->dt *= springls__max(0.95f * job->max_displacement / job->moved, 0.1f);
+        return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
     }
     springls__run(ctx, SPRINGLS__KERNEL_move, count, springls__no_job());
     ctx->stats.moved = job->moved;
@@ -8693,8 +8719,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     if (ctx->on_device) {
         springls_status status = ctx->backend->cells_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
-        if (status != SPRINGLS_DEVICE_FAILED) return status;
-        SPRINGLS__TRY(springls__fall_back_to_host(ctx));
+        if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_IDS, n + 1, 0));
@@ -8734,7 +8759,10 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->cells_cover_around(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->cells_cover_around(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__to_host(ctx,
                                     SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
@@ -9267,34 +9295,38 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__CONTRACT_JUDGE, SPRINGLS__CONTRACT_RESHAPE, SPRINGLS__CONTRACT_MERGE, SPRINGLS__CONTRACT_MERGED, SPRINGLS__CONTRACT_REMOVE };
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__job job = springls__no_job();
-    int count = ctx->model.set.count;
+    int count = ctx->model.set.count, undecided;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)count, 1, NULL));
         if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
         job.f[0] = springls__cospi(ctx->model.params.min_angle / 180.0f);
         job.f[1] = springls__cospi(ctx->model.params.max_angle / 180.0f);
         springls__loop(ctx, SPRINGLS__KERNEL_contract, count, job);
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
+    case SPRINGLS__CONTRACT_RESHAPE:
         springls__run(ctx, SPRINGLS__KERNEL_reshape, count, springls__no_job());
         ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
-        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, 4);
+        if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)count, 1, NULL));
         springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, springls__no_job());
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
+    case SPRINGLS__CONTRACT_MERGE:
         springls__loop(ctx, SPRINGLS__KERNEL_merge, count, springls__no_job());
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
+    case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ARRAY_SCRATCH1, SPRINGLS__ARRAY_SCRATCH2);
-        return springls__next_phase(ctx, springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED) > 0 ? 2 : 4);
+        undecided = springls__count_of(ctx, SPRINGLS__ARRAY_SCRATCH1, count, SPRINGLS__UNDECIDED);
+        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+    case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -9334,7 +9366,10 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     springls__grid *g = &ctx->model.grid;
     springls__cell_list *cells = &ctx->model.cells;
     int *rank, i, pass, total = 0;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->near_build(ctx, margin));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->near_build(ctx, margin);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->slot_count, sizeof(int), (void **)&rank));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)g->active_count + 2, 0));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
@@ -9388,15 +9423,18 @@ SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
     springls__swap_phi(ctx);
 }
 
+enum { SPRINGLS__EVOLVE_OMEGA, SPRINGLS__EVOLVE_PHI, SPRINGLS__EVOLVE_COMMIT };
+
 SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 {
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__EVOLVE_OMEGA:
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_PHI);
+    case SPRINGLS__EVOLVE_PHI:
         springls__loop(ctx, SPRINGLS__KERNEL_evolve, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 2);
+        return springls__next_phase(ctx, SPRINGLS__EVOLVE_COMMIT);
+    case SPRINGLS__EVOLVE_COMMIT:
     default:
         springls__commit_phi(ctx, 1);
         springls__mark_phi_synced(ctx);
@@ -9485,6 +9523,8 @@ SPRINGLS__FN void springls__fit_new_springls(springls_context *ctx, int first)
     springls__constellation_changed(ctx);
 }
 
+enum { SPRINGLS__FILL_FIND_SEEDS, SPRINGLS__FILL_INSERT_SEEDS, SPRINGLS__FILL_FIND_EXPOSED, SPRINGLS__FILL_EXPOSED };
+
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
     const float covered = 0.75f, on_sheets = 1.5f; /* what springls have left bare is filled more sparingly */
@@ -9492,18 +9532,19 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
     switch (ctx->work.phase) {
-    case 0:
-        if (!springls_first) return springls__next_phase(ctx, 2);
+    case SPRINGLS__FILL_FIND_SEEDS:
+        if (!springls_first) return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
         SPRINGLS__TRY(springls__find_seeds(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__FILL_INSERT_SEEDS);
+    case SPRINGLS__FILL_INSERT_SEEDS:
         SPRINGLS__TRY(springls__insert_seeds(ctx));
         SPRINGLS__TRY(springls__attributes_after_fill(ctx, count));
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__FILL_FIND_EXPOSED);
+    case SPRINGLS__FILL_FIND_EXPOSED:
         SPRINGLS__TRY(springls__find_exposed(ctx, springls_first ? springls__max(covered, d_max) : d_max,
                                           springls_first ? on_sheets : d_max));
-        return springls__next_phase(ctx, 3);
+        return springls__next_phase(ctx, SPRINGLS__FILL_EXPOSED);
+    case SPRINGLS__FILL_EXPOSED:
     default:
         SPRINGLS__TRY(springls__fill_exposed(ctx));
         springls__fit_new_springls(ctx, count);
@@ -9532,7 +9573,10 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)g->active_count, sizeof(uint32_t), (void **)&reach));
     springls__run(ctx, SPRINGLS__KERNEL_band, g->active_count, springls__no_job());
     ctx->cells_fresh = false; /* they live in the bricks */
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->band_move(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->band_move(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)g->active_count, sizeof(uint8_t), (void **)&keep));
     SPRINGLS__TRY(springls__scratch(ctx, 2, (size_t)g->active_count * 26, sizeof(int), (void **)&wanted));
     SPRINGLS__TRY(springls__scratch(ctx, 3, (size_t)g->slot_count, sizeof(int), (void **)&rank));
@@ -9560,18 +9604,21 @@ SPRINGLS__FN springls_status springls__band_move(springls_context *ctx)
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
 
+enum { SPRINGLS__REBUILD_INTERFACE, SPRINGLS__REBUILD_SWEEP };
+
 SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 {
+    const int sweeps = (int)ctx->model.params.band_half_width; /* one a voxel of the band */
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__REBUILD_INTERFACE:
         springls__loop(ctx, SPRINGLS__KERNEL_subvoxel, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
+    case SPRINGLS__REBUILD_SWEEP:
+    default:
         springls__swap_phi(ctx);
-        if (ctx->work.repetition++ == (int)ctx->model.params.band_half_width) return springls__band_move(ctx); /* one sweep a voxel of the way */
+        if (ctx->work.repetition++ == sweeps) return springls__band_move(ctx);
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 1);
-    default: return SPRINGLS_OK;
+        return springls__next_phase(ctx, SPRINGLS__REBUILD_SWEEP);
     }
 }
 
@@ -9593,21 +9640,25 @@ SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
 /* relax.h - Algorithm 1: every springl seeks equilibrium with its neighbours, all at once (Jacobi). */
 
+enum { SPRINGLS__RELAX_FIND_NEIGHBORS, SPRINGLS__RELAX_ITERATE, SPRINGLS__RELAX_ITERATED };
+
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx)
 {
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__RELAX_FIND_NEIGHBORS:
         if (ctx->model.set.count == 0 || ctx->model.params.relax_iterations == 0) return SPRINGLS_OK;
         SPRINGLS__TRY(springls__neighbors_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+    case SPRINGLS__RELAX_ITERATE:
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.set.count, sizeof(springls__springl), NULL));
         springls__loop(ctx, SPRINGLS__KERNEL_relax, ctx->model.set.count, springls__no_job());
-        return springls__next_phase(ctx, 2);
+        return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATED);
+    case SPRINGLS__RELAX_ITERATED:
     default:
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ARRAY_SCRATCH1);
         springls__constellation_moved(ctx);
-        return ++ctx->work.repetition < ctx->model.params.relax_iterations ? springls__next_phase(ctx, 1) : SPRINGLS_OK;
+        if (++ctx->work.repetition < ctx->model.params.relax_iterations) return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
+        return SPRINGLS_OK;
     }
 }
 
@@ -9666,7 +9717,10 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     int i, x, y, z, lo[3], hi[3], bricks = (int)springls__brick_count(g), count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->bricks_around_springls(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->bricks_around_springls(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     springls__grid_clear(ctx, g);
     SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)bricks, 1, (void **)&wanted));
     memset(wanted, 0, (size_t)bricks);
@@ -9812,7 +9866,10 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     void *memory;
     size_t room = springls__brick_count(g);
     int64_t v;
-    SPRINGLS__TRY_THERE(ctx, ctx->backend->settle_regions(ctx));
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->settle_regions(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
     region.ctx = ctx;
     region.state = (uint8_t *)ctx->model.scratch[2];
     for (v = 0; v < voxels; v++) room += springls__uncounted(&region, springls__active_voxel(g, v));
@@ -9825,29 +9882,33 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__SIGN_OMEGA, SPRINGLS__SIGN_GROW_BRICKS, SPRINGLS__SIGN_GROW_COARSE, SPRINGLS__SIGN_GROW_FINE, SPRINGLS__SIGN_SIDES,
+       SPRINGLS__SIGN_COMMIT };
+
 SPRINGLS__FN springls_status springls__unsigned_to_signed(springls_context *ctx)
 {
     const int bricks = ctx->model.grid.active_count;
     const bool project = ctx->model.params.project_level_set != 0;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__SIGN_OMEGA:
         if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "unsigned_to_signed: there are no springls");
         SPRINGLS__TRY(springls__bricks_around_springls(ctx));
         SPRINGLS__TRY(springls__omega_build(ctx));
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_BRICKS);
+    case SPRINGLS__SIGN_GROW_BRICKS:
         SPRINGLS__TRY(springls__grow_bricks(ctx));
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_COARSE);
+    case SPRINGLS__SIGN_GROW_COARSE:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 4, INT32_MAX));
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_GROW_FINE);
+    case SPRINGLS__SIGN_GROW_FINE:
         SPRINGLS__TRY(springls__grow_voxels(ctx, 2, 2));
         SPRINGLS__TRY(springls__grow_voxels(ctx, 1, 2));
-        return springls__next_phase(ctx, 4);
-    case 4:
+        return springls__next_phase(ctx, SPRINGLS__SIGN_SIDES);
+    case SPRINGLS__SIGN_SIDES:
         if (project) springls__loop(ctx, SPRINGLS__KERNEL_sides, bricks, springls__no_job());
-        return springls__next_phase(ctx, 5);
+        return springls__next_phase(ctx, SPRINGLS__SIGN_COMMIT);
+    case SPRINGLS__SIGN_COMMIT:
     default:
         if (project) SPRINGLS__TRY(springls__resolve_regions(ctx));
         springls__run(ctx, SPRINGLS__KERNEL_with_sign, bricks, springls__no_job());
@@ -10040,39 +10101,42 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx)
     ctx->omega_fresh = false;
 }
 
+enum { SPRINGLS__PROJECT_PHI, SPRINGLS__PROJECT_COMMIT, SPRINGLS__PROJECT_NO_SPECKS, SPRINGLS__PROJECT_SWEEP, SPRINGLS__PROJECT_SWEPT };
+
 SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry)
 {
     const int sweeps = 2;
     springls__job job = springls__job_of(carry);
-    float *way = &ctx->work.number;
+    float *displacement = &ctx->work.displacement;
     switch (ctx->work.phase) {
-    case 0:
+    case SPRINGLS__PROJECT_PHI:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         SPRINGLS__TRY(springls__scratch(ctx, 1, (size_t)ctx->model.grid.active_count, 1, NULL));
         SPRINGLS__TRY(springls__scratch(ctx, 0, (size_t)ctx->model.set.count, sizeof(springls__oriented), NULL));
-        SPRINGLS__TRY(springls__displacement_since_phi(ctx, way));
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, displacement));
         springls__run(ctx, SPRINGLS__KERNEL_oriented, ctx->model.set.count, springls__no_job());
-        job.f[0] = *way;
+        job.f[0] = *displacement;
         springls__loop(ctx, SPRINGLS__KERNEL_project, ctx->model.grid.active_count, job);
-        return springls__next_phase(ctx, 1);
-    case 1:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
+    case SPRINGLS__PROJECT_COMMIT:
         if (carry) {
             springls__resolve_sides(ctx);
             springls__mark_phi_synced(ctx);
         }
-        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*way, ctx->model.grid.far_value) : 1);
-        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, 3);
+        springls__commit_phi(ctx, carry ? 1 + (int)springls__min(*displacement, ctx->model.grid.far_value) : 1);
+        if (!carry || ctx->model.params.topology != SPRINGLS_TOPOLOGY_FREE) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         springls__loop(ctx, SPRINGLS__KERNEL_specks, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 2);
-    case 2:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_NO_SPECKS);
+    case SPRINGLS__PROJECT_NO_SPECKS:
         springls__swap_phi(ctx);
-        return springls__next_phase(ctx, 3);
-    case 3:
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
+    case SPRINGLS__PROJECT_SWEEP:
         springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, springls__no_job());
-        return springls__next_phase(ctx, 4);
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEPT);
+    case SPRINGLS__PROJECT_SWEPT:
     default:
         springls__swap_phi(ctx);
-        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, 3);
+        if (++ctx->work.repetition < sweeps) return springls__next_phase(ctx, SPRINGLS__PROJECT_SWEEP);
         return carry ? springls__band_move(ctx) : SPRINGLS_OK;
     }
 }
@@ -10559,28 +10623,28 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
 
 /* contract will ask for phi as it was before the springls moved. */
-SPRINGLS__FN bool springls__wants_phi_before(const springls_context *ctx)
+SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
     return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
 }
 
-SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resample; }
+SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
 SPRINGLS__FN bool springls__resamples_first(const springls_context *ctx)
 {
-    return ctx->step.resample && !ctx->model.params.resample_last;
+    return ctx->step.resamples && !ctx->model.params.resample_last;
 }
 SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 {
-    return ctx->step.resample && ctx->model.params.resample_last;
+    return ctx->step.resamples && ctx->model.params.resample_last;
 }
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
-SPRINGLS__FN bool springls__starts_afresh(const springls_context *ctx) { return ctx->step.afresh; }
+SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
 }
-SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.afresh; }
-SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations > 0; }
+SPRINGLS__FN bool springls__carries(const springls_context *ctx) { return ctx->model.params.predict && !ctx->step.phi_from_springls; }
+SPRINGLS__FN bool springls__iterates(const springls_context *ctx) { return ctx->step.iterations_left > 0; }
 
 /* After eq. 23; carrying phi along has projected it already. */
 SPRINGLS__FN bool springls__projects(const springls_context *ctx)
@@ -10596,13 +10660,13 @@ enum { SPRINGLS__MAX_SUBSTEPS = 10000 };
 SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
-    float dt = step->part;
-    if (step->left > 0.0f) {
-        dt = step->left / (springls__floor(step->left / step->part * 0.9999f) + 1.0f);
+    float dt = step->longest_substep;
+    if (step->time_left > 0.0f) {
+        dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
         if (ctx->time + (double)dt == ctx->time)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
                                   (double)dt);
-        if (step->parts++ == SPRINGLS__MAX_SUBSTEPS)
+        if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
                                   SPRINGLS__MAX_SUBSTEPS);
     }
@@ -10611,7 +10675,7 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
         ctx->stats.volume_correction = 0.0f;
     }
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
-    ctx->motion.most = step->left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
+    ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
     return SPRINGLS_OK;
 }
@@ -10623,8 +10687,8 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->iteration++;
     ctx->stats.steps++;
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
-    ctx->step.resample = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
-    ctx->step.afresh = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
+    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
 }
 
@@ -10633,7 +10697,7 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
     float way;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &way));
-    ctx->step.afresh = ctx->model.params.predict && way > ctx->model.grid.far_value;
+    ctx->step.phi_from_springls = ctx->model.params.predict && way > ctx->model.grid.far_value;
     return SPRINGLS_OK;
 }
 
@@ -10641,16 +10705,14 @@ SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 SPRINGLS__FN springls_status springls__follow_begin(springls_context *ctx)
 {
     const int enough = 3;
-    ctx->step.iterations = ctx->model.params.evolve_iterations;
-    if (ctx->model.params.predict && ctx->step.afresh) ctx->step.iterations = springls__imax(ctx->step.iterations, enough);
+    ctx->step.iterations_left = ctx->model.params.evolve_iterations;
+    if (ctx->model.params.predict && ctx->step.phi_from_springls) ctx->step.iterations_left = springls__imax(ctx->step.iterations_left, enough);
     return SPRINGLS_OK;
 }
 
-/* Back to evolve and rebuild, the two rows before. */
-SPRINGLS__FN springls_status springls__iterate(springls_context *ctx)
+SPRINGLS__FN springls_status springls__iteration_done(springls_context *ctx)
 {
-    ctx->step.iterations--;
-    ctx->step.row -= 3;
+    ctx->step.iterations_left--;
     return SPRINGLS_OK;
 }
 
@@ -10658,69 +10720,73 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx);
 
 /* ---- the algorithms ---- */
 
-#define SPRINGLS__BEGIN                                                          \
-    { -1, NULL, springls__substep_begin },                                       \
-    { SPRINGLS_STAGE_VOLUME_LOCK, springls__lock_is_new, springls__volume_lock }
-#define SPRINGLS__MOVE                                                           \
-    { SPRINGLS_STAGE_ADVECT, NULL, springls__advect },                           \
-    { -1, NULL, springls__substep_advanced }
-/* The level set catches up with the springls. */
-#define SPRINGLS__FOLLOW                                                         \
-    { -1, NULL, springls__follow_begin },                                        \
-    { SPRINGLS_STAGE_KEEP_EDGES, springls__has_edges, springls__keep_edges },    \
-    { SPRINGLS_STAGE_PROJECT, springls__carries, springls__carry_level_set },    \
-    { SPRINGLS_STAGE_EVOLVE, springls__iterates, springls__evolve },             \
-    { SPRINGLS_STAGE_REBUILD, springls__iterates, springls__rebuild },           \
-    { -1, springls__iterates, springls__iterate },                               \
-    { SPRINGLS_STAGE_PROJECT, springls__projects, springls__project_level_set }
-#define SPRINGLS__END                                                            \
-    { SPRINGLS_STAGE_VOLUME_LOCK, springls__locks_volume, springls__volume_lock }, \
-    { -1, NULL, springls__substep_end }
+#define SPRINGLS__DO(run) { SPRINGLS__ENTRY_RUN, -1, NULL, run }
+#define SPRINGLS__DO_IF(when, run) { SPRINGLS__ENTRY_RUN, -1, when, run }
+#define SPRINGLS__STAGE(name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, NULL, run }
+#define SPRINGLS__STAGE_IF(when, name, run) { SPRINGLS__ENTRY_RUN, SPRINGLS_STAGE_##name, when, run }
+#define SPRINGLS__REPEAT_WHILE(when) { SPRINGLS__ENTRY_REPEAT_WHILE, -1, when, NULL }
+#define SPRINGLS__END_REPEAT { SPRINGLS__ENTRY_END_REPEAT, -1, NULL, NULL }
+
+#define SPRINGLS__BEGIN_SUBSTEP                                                              \
+    SPRINGLS__DO(springls__substep_begin),                                                   \
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
+#define SPRINGLS__MOVE                                                                       \
+    SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
+    SPRINGLS__DO(springls__substep_advanced)
+/* The level set follows the springls. */
+#define SPRINGLS__FOLLOW                                                                     \
+    SPRINGLS__DO(springls__follow_begin),                                                    \
+    SPRINGLS__STAGE_IF(springls__has_edges, KEEP_EDGES, springls__keep_edges),               \
+    SPRINGLS__STAGE_IF(springls__carries, PROJECT, springls__carry_level_set),               \
+    SPRINGLS__REPEAT_WHILE(springls__iterates),                                              \
+        SPRINGLS__STAGE(EVOLVE, springls__evolve),                                           \
+        SPRINGLS__STAGE(REBUILD, springls__rebuild),                                         \
+        SPRINGLS__DO(springls__iteration_done),                                              \
+    SPRINGLS__END_REPEAT,                                                                    \
+    SPRINGLS__STAGE_IF(springls__projects, PROJECT, springls__project_level_set)
+#define SPRINGLS__END_SUBSTEP                                                                \
+    SPRINGLS__STAGE_IF(springls__locks_volume, VOLUME_LOCK, springls__volume_lock),          \
+    SPRINGLS__DO(springls__substep_end)
 
 static const springls__step_entry springls__fluid[] = { /* Algorithm 2 */
-    SPRINGLS__BEGIN,
-    { -1, springls__wants_phi_before, springls__sample_phi },
+    SPRINGLS__BEGIN_SUBSTEP,
+    SPRINGLS__DO_IF(springls__needs_phi_before, springls__sample_phi),
     SPRINGLS__MOVE,
-    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
-    { SPRINGLS_STAGE_CONTRACT, springls__resamples_first, springls__contract },
-    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_first, springls__resample },
-    { SPRINGLS_STAGE_RELAX, springls__resamples_first, springls__relax },
-    { -1, NULL, springls__check_displacement },
-    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, springls__starts_afresh, springls__unsigned_to_signed },
+    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__resamples_first, CONTRACT, springls__contract),
+    SPRINGLS__STAGE_IF(springls__resamples_first, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__resamples_first, RELAX, springls__relax),
+    SPRINGLS__DO(springls__check_displacement),
+    SPRINGLS__STAGE_IF(springls__phi_is_from_springls, UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
-    { -1, springls__resamples, springls__orient },
-    { SPRINGLS_STAGE_CONTRACT, springls__resamples_last, springls__contract_now },
-    { SPRINGLS_STAGE_RESAMPLE, springls__resamples_last, springls__resample },
-    { SPRINGLS_STAGE_FILL_GAPS, springls__resamples, springls__fill_gaps },
-    SPRINGLS__END
+    SPRINGLS__DO_IF(springls__resamples, springls__orient),
+    SPRINGLS__STAGE_IF(springls__resamples_last, CONTRACT, springls__contract_now),
+    SPRINGLS__STAGE_IF(springls__resamples_last, RESAMPLE, springls__resample),
+    SPRINGLS__STAGE_IF(springls__resamples, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__END_SUBSTEP
 };
 
 static const springls__step_entry springls__elastic[] = { /* Algorithm 3 */
-    SPRINGLS__BEGIN,
+    SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
-    { SPRINGLS_STAGE_UNSIGNED_TO_SIGNED, NULL, springls__unsigned_to_signed },
+    SPRINGLS__STAGE(UNSIGNED_TO_SIGNED, springls__unsigned_to_signed),
     SPRINGLS__FOLLOW,
-    { SPRINGLS_STAGE_RELAX, NULL, springls__relax },
-    { SPRINGLS_STAGE_FILL_GAPS, springls__not_one_to_one, springls__fill_gaps },
-    { SPRINGLS_STAGE_CONTRACT, springls__not_one_to_one, springls__contract_now },
-    { SPRINGLS_STAGE_RESAMPLE, springls__not_one_to_one, springls__resample },
-    SPRINGLS__END
+    SPRINGLS__STAGE(RELAX, springls__relax),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, FILL_GAPS, springls__fill_gaps),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, CONTRACT, springls__contract_now),
+    SPRINGLS__STAGE_IF(springls__not_one_to_one, RESAMPLE, springls__resample),
+    SPRINGLS__END_SUBSTEP
 };
 
 static const springls__step_entry springls__advect_only[] = {
-    SPRINGLS__BEGIN,
+    SPRINGLS__BEGIN_SUBSTEP,
     SPRINGLS__MOVE,
-    { -1, NULL, springls__substep_end }
+    SPRINGLS__DO(springls__substep_end)
 };
-
-#undef SPRINGLS__BEGIN
-#undef SPRINGLS__MOVE
-#undef SPRINGLS__FOLLOW
-#undef SPRINGLS__END
 
 SPRINGLS__FN void springls__first_entry(springls_context *ctx)
 {
-    ctx->step.row = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
+    ctx->step.next = ctx->step.desc.mode == SPRINGLS_MODE_FLUID     ? springls__fluid
                     : ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC ? springls__elastic
                                                               : springls__advect_only;
 }
@@ -10731,17 +10797,17 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
     const float growth = 1.5f;
     springls__stepping *step = &ctx->step;
     float longest = step->desc.max_displacement, moved = ctx->motion.moved;
-    if (step->left == 0.0f) {
+    if (step->time_left == 0.0f) {
         step->active = false;
         return SPRINGLS_OK;
     }
-    step->left = (float)(step->end - ctx->time);
-    step->part = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
-    if (step->left > 1e-6f * step->desc.dt) {
+    step->time_left = (float)(step->end_time - ctx->time);
+    step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    if (step->time_left > 1e-6f * step->desc.dt) {
         springls__first_entry(ctx);
         return SPRINGLS_OK;
     }
-    ctx->time = step->end;
+    ctx->time = step->end_time;
     step->active = false;
     return SPRINGLS_OK;
 }
@@ -10752,49 +10818,71 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     springls__stepping *step = &ctx->step;
     const springls_step_desc *desc = &step->desc;
     float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
-    step->left = 0.0f;
-    step->part = desc->dt;
+    step->time_left = 0.0f;
+    step->longest_substep = desc->dt;
     springls__first_entry(ctx);
     if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__max_speed(ctx, &step->forces, (float)ctx->time, &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
-        step->part = speed > 1e-6f ? limit / speed : 0.0f;
+        step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
     }
     if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
                               SPRINGLS__MAX_SUBSTEPS);
-    step->left = desc->dt;
-    step->end = ctx->time + (double)desc->dt;
-    step->part = speed * desc->dt > limit ? limit / speed : desc->dt;
+    step->time_left = desc->dt;
+    step->end_time = ctx->time + (double)desc->dt;
+    step->longest_substep = speed * desc->dt > limit ? limit / speed : desc->dt;
     return SPRINGLS_OK;
 }
 
-static const springls__step_entry springls__plan[] = { { -1, NULL, springls__plan_step } };
+static const springls__step_entry springls__plan[] = { SPRINGLS__DO(springls__plan_step) };
 
-/* ---- from row to row ---- */
+#undef SPRINGLS__DO
+#undef SPRINGLS__DO_IF
+#undef SPRINGLS__STAGE
+#undef SPRINGLS__STAGE_IF
+#undef SPRINGLS__REPEAT_WHILE
+#undef SPRINGLS__END_REPEAT
+#undef SPRINGLS__BEGIN_SUBSTEP
+#undef SPRINGLS__MOVE
+#undef SPRINGLS__FOLLOW
+#undef SPRINGLS__END_SUBSTEP
 
-/* The next row that is wanted begins. */
+/* ---- from entry to entry ---- */
+
+/* The entry that runs next, at or after `entry`: follows loops and passes over entries whose condition is false. */
+SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_context *ctx, const springls__step_entry *entry)
+{
+    for (;; entry++) {
+        if (entry->kind == SPRINGLS__ENTRY_END_REPEAT)
+            while (entry->kind != SPRINGLS__ENTRY_REPEAT_WHILE) entry--;
+        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !entry->when(ctx))
+            while (entry->kind != SPRINGLS__ENTRY_END_REPEAT) entry++;
+        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || entry->when(ctx))) return entry;
+    }
+}
+
 SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
     springls__stepping *step = &ctx->step;
-    while (step->row->when && !step->row->when(ctx)) step->row++;
-    step->stage = step->row->stage;
-    step->seconds = 0.0;
+    const springls__step_entry *entry = springls__due_entry(ctx, step->next);
+    step->next = entry + 1;
+    step->stage = entry->stage;
+    step->stage_seconds = 0.0;
     if (step->stage >= 0) springls__stage_begin(ctx, (springls_stage)step->stage);
-    springls__begin_phases(ctx, step->row->run);
-    step->row++;
+    springls__begin_phases(ctx, entry->run);
 }
 
 /* Goes on with the stage at work. Its clock stands still while nobody does. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
-    double started = springls__now(ctx) - step->seconds;
+    double started = springls__now(ctx) - step->stage_seconds;
     springls_status status;
     springls__use_device(ctx);
     status = springls__resume(ctx, until);
-    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->seconds = springls__now(ctx) - started;
+    if (status == SPRINGLS_OK && !springls__phases_done(ctx)) step->stage_seconds = springls__now(ctx) - started;
     else springls__entry_end(ctx, started);
     return status;
 }
@@ -10834,7 +10922,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     ctx->step.forces = *step->forces;
-    ctx->step.row = springls__plan;
+    ctx->step.next = springls__plan;
     ctx->step.stage = -1;
     ctx->step.active = true;
     return SPRINGLS_OK;
@@ -15639,7 +15727,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], d.x[m + 1]);\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 2615 \"springls.h\"\n",
+    "#line 2627 \"springls.h\"\n",
     "/* omega.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Clips the bricks that come within `margin` of a springl to those of the top table. */\n",
@@ -15719,7 +15807,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (job.i[0]) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    ((SPRINGLS__GLOBAL uint8_t *)model->scratch[1])[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 2696 \"springls.h\"\n",
+    "#line 2708 \"springls.h\"\n",
     "/* cells.h - the hash grid (section 4.8): springls by the cell of their particle. A springl whose reach exceeds a cap is kept in\n",
     "   `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -15829,7 +15917,7 @@ static const char *const springls__kernel_lines[] = {
     "                reach |= springls__neighbor_mask_of_row(cell[1] > cell[0], cell[4] > cell[3], y == 0, y == 3, z == 0, z == 3);\n",
     "    return reach;\n",
     "}\n",
-    "#line 2807 \"springls.h\"\n",
+    "#line 2819 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -15891,7 +15979,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    springls__find_neighbors(model, i, model->neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);\n",
     "}\n",
-    "#line 2870 \"springls.h\"\n",
+    "#line 2882 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3).\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -16055,7 +16143,7 @@ static const char *const springls__kernel_lines[] = {
     "    s.q[2] = q;\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 3035 \"springls.h\"\n",
+    "#line 3047 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* The angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -16081,7 +16169,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 3062 \"springls.h\"\n",
+    "#line 3074 \"springls.h\"\n",
     "/* fan.h - the directions in which a place has neighbours, by angle in its tangent plane: where the largest angle between\n",
     "   two of them opens, springls are missing or the surface ends. */\n",
     "\n",
@@ -16150,7 +16238,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap opening = springls__angular_gaps_widest(fan);\n",
     "    return fan.count >= 8 && opening.angle <= 210.0f * degree && opening.second <= 80.0f * degree;\n",
     "}\n",
-    "#line 3132 \"springls.h\"\n",
+    "#line 3144 \"springls.h\"\n",
     "/* around.h - the springls around a place: the nearest, where they leave it open, whether they are a sheet's. */\n",
     "\n",
     "/* The springl whose triangle is closest to x, within `radius`; -1 if there is none. */\n",
@@ -16201,7 +16289,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return springls__spans_sheet(fan) != 0;\n",
     "}\n",
-    "#line 3184 \"springls.h\"\n",
+    "#line 3196 \"springls.h\"\n",
     "/* contract.h - which springls are poor (section 4.6), and a good shape for one that is. */\n",
     "\n",
     "/* Cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -16375,7 +16463,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    if (*fate != SPRINGLS__REMOVE) *fate = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 3359 \"springls.h\"\n",
+    "#line 3371 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighbouring particles: the surface's height and the correspondence\n",
     "   as functions of two tangent coordinates. It gives split and filled springls a place and a correspondence that are\n",
     "   exact to third order, where copying (section 4.7) is exact to none. */\n",
@@ -16497,7 +16585,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return result;\n",
     "}\n",
-    "#line 3482 \"springls.h\"\n",
+    "#line 3494 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away say nothing. Wide enough for a few springls to average at every voxel. */\n",
@@ -16637,7 +16725,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (v.c >= 0.0f && hi < 0.0f) return hi;\n",
     "    return v.c < 0.0f && lo >= 0.0f ? lo : v.c;\n",
     "}\n",
-    "#line 3623 \"springls.h\"\n",
+    "#line 3635 \"springls.h\"\n",
     "/* edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with nothing between. On a smooth surface normals fill the range between any two of them, and there are no sides,\n",
     "   however strong the curvature. */\n",
@@ -17047,7 +17135,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 4034 \"springls.h\"\n",
+    "#line 4046 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* eq. 26: one step along the gradient of the signed distance to the original surface. */\n",
@@ -17145,7 +17233,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)job;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 4133 \"springls.h\"\n",
+    "#line 4145 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* 0, 1 or 2: the edge from that vertex to the next. */\n",
@@ -17251,7 +17339,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[i] = first.a;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 4240 \"springls.h\"\n",
+    "#line 4252 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then springls say which side of them a voxel lies on. */\n",
     "\n",
@@ -17457,7 +17545,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 4447 \"springls.h\"\n",
+    "#line 4459 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is ADDED: the\n",
@@ -17514,7 +17602,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 4505 \"springls.h\"\n",
+    "#line 4517 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighbourhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The centre, bit 13,\n",
@@ -17609,7 +17697,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 4601 \"springls.h\"\n",
+    "#line 4613 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* True when a voxel and one of its six neighbours lie on different sides. */\n",
@@ -17733,7 +17821,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL uint32_t *)model->scratch[0])[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 4726 \"springls.h\"\n",
+    "#line 4738 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "/* To SCRATCH0: springls in the order of the cells, then the large ones: what a brick reads of them lies side by side. */\n",
@@ -18023,7 +18111,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 5017 \"springls.h\"\n",
+    "#line 5029 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -18210,7 +18298,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 5205 \"springls.h\"\n",
+    "#line 5217 \"springls.h\"\n",
     "/* fill_from_springls.h - springls for holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to be. */\n",
@@ -18339,7 +18427,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__springl_add(model, n, springls__springl_make(t, seed.p), seed.a, model->set.generation[i] + 1u, 0);\n",
     "    model->set.parent[n] = model->set.id[i];\n",
     "}\n",
-    "#line 5335 \"springls.h\"\n",
+    "#line 5347 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* True when a place x of the zero level, facing n, is bare: no springl comes within `covered`. Beside thin sheets the zero level\n",
@@ -18434,7 +18522,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.synced_position[n] = s.p; /* it has been placed, not moved */\n",
     "}\n",
-    "#line 5431 \"springls.h\"\n",
+    "#line 5443 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to four\n",
     "   cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So a cube knows which vertices are its\n",
     "   own, how many come before follows from a scan, and others find the number of a vertex by asking the cube that owns it. */\n",
@@ -18700,7 +18788,7 @@ static const char *const springls__kernel_lines[] = {
     "    ((SPRINGLS__GLOBAL springls__v3 *)model->scratch[2])[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    ((SPRINGLS__GLOBAL int *)model->scratch[3])[i] = nearest;\n",
     "}\n",
-    "#line 5698 \"springls.h\"\n",
+    "#line 5710 \"springls.h\"\n",
     "/* lanes.h - vectors of several floats, for the hot loops of lanes_*.h: the same operations in the same order as the scalar text of\n",
     "   kernels_embed/, hence the same bits, whatever the width. GCC and clang make of them the SIMD that the target has. Other\n",
     "   compilers, and SPRINGLS_NO_SIMD, run the scalar text. */\n",
@@ -18940,7 +19028,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5939 \"springls.h\"\n",
+    "#line 5951 \"springls.h\"\n",
     "/* lanes_neighbors.h - the three vertices of a springl against the three edges of another (section 4.8). */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -18971,7 +19059,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 5971 \"springls.h\"\n",
+    "#line 5983 \"springls.h\"\n",
     "/* lanes_rows.h - a row of eight voxels at a time: omega, sides, eq. 23 and re-distancing. phi and omega point into tiles. */\n",
     "\n",
     "#ifdef SPRINGLS__LANES\n",
@@ -19187,7 +19275,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6188 \"springls.h\"\n",
+    "#line 6200 \"springls.h\"\n",
     "/* lanes_project.h - a row of eight voxels and one springl (kernels_embed/project.h), for a few voxels at a time.\n",
     "   offset: from the particle to the row's first voxel. */\n",
     "\n",
@@ -19298,7 +19386,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6300 \"springls.h\"\n",
+    "#line 6312 \"springls.h\"\n",
     "/* rows.h - the loops that src/lanes_*.h run several elements at a time, one after the other. */\n",
     "\n",
     "#ifndef SPRINGLS__LANES\n",
@@ -19441,7 +19529,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "#endif\n",
-    "#line 6444 \"springls.h\"\n",
+    "#line 6456 \"springls.h\"\n",
     "/* kernels.h - everything that is done to all springls or all bricks at once: one table for the scalar backend, for OpenCL and for\n",
     "   the test that compares the two. Kernel `name` is springls__name_element for one element, a loop over some of them in C\n",
     "   (src/run.h), and an entry point springls_name in OpenCL (kernels.cl). */\n",
@@ -19519,7 +19607,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_cursor, 1024) X(brick_lists_scatter, 128) X(brick_lists_sort, 8) \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                      \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 19523 \"springls.h\"\n",
+    "#line 19611 \"springls.h\"\n",
     "/* collect.cl - collectives: sums, lists and sorting by counting, for devices. What several work items do together is the same\n",
     "   whatever their order: counts by atomic operations, places by scans over chunks, numbers sorted inside each cell. */\n",
     "\n",
